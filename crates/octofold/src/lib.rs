@@ -1,0 +1,19 @@
+//! Octofold: a 3D shape from any form into any other useful form, through the octree.
+//!
+//! This crate is geometry only: no files, no clock, no environment. Data flows one way,
+//! `soup | volume -> octree -> method -> mesh`, and each arrow is a function of plain values, an
+//! options struct and a [`Run`].
+
+pub mod attributes;
+pub mod mesh;
+pub mod par;
+pub mod polygon;
+pub mod run;
+pub mod soup;
+pub mod volume;
+
+pub use attributes::{Attributes, LengthUnit, Material};
+pub use mesh::Mesh;
+pub use run::{Cancel, Cancelled, Finding, Run, Watch};
+pub use soup::{ShapeError, Soup, SoupBuilder};
+pub use volume::{Placement, Volume};
