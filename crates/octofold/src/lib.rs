@@ -5,11 +5,14 @@
 //! options struct and a [`Run`].
 
 pub mod attributes;
+pub mod bits;
 pub mod mesh;
+pub mod octree;
 pub mod par;
 pub mod polygon;
 pub mod run;
 pub mod soup;
+pub mod surface;
 pub mod volume;
 
 pub use attributes::{Attributes, LengthUnit, Material};

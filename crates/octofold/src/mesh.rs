@@ -47,6 +47,18 @@ impl Mesh {
         self.triangles[t].map(|p| self.points[p as usize])
     }
 
+    /// Unit normal of each point: the area-weighted mean over its triangles; zero where that
+    /// vanishes.
+    pub fn area_weighted_normals(&self) -> Vec<[f32; 3]> {
+        let mut sums = vec![glam::DVec3::ZERO; self.points.len()];
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            let [a, b, c] = self.corners(t).map(glam::DVec3::from_array);
+            let normal = (b - a).cross(c - a);
+            triangle.iter().for_each(|&p| sums[p as usize] += normal);
+        }
+        sums.iter().map(|n| n.normalize_or_zero().as_vec3().to_array()).collect()
+    }
+
     /// Lowest and highest coordinates of all points; `None` without points.
     pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
         bounds(&self.points)

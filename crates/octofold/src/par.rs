@@ -46,6 +46,28 @@ pub fn join<A: Send, B: Send>(
     rayon::join(a, b)
 }
 
+/// Puts `parts` one after the other, each item through `map`, which is told its part.
+pub fn concat<T, U>(parts: &[Vec<T>], map: impl Fn(usize, &T) -> U + Sync) -> Vec<U>
+where
+    T: Sync,
+    U: bytemuck::Zeroable + Send + Clone,
+{
+    let total = parts.iter().map(Vec::len).sum();
+    // Zeroed memory is first touched by the thread that fills it.
+    let mut all: Vec<U> = bytemuck::zeroed_vec(total);
+    let mut rest = all.as_mut_slice();
+    let mut targets = Vec::with_capacity(parts.len());
+    for part in parts {
+        let (target, after) = rest.split_at_mut(part.len());
+        targets.push(target);
+        rest = after;
+    }
+    targets.into_par_iter().zip(parts).enumerate().for_each(|(i, (target, part))| {
+        target.iter_mut().zip(part).for_each(|(to, from)| *to = map(i, from));
+    });
+    all
+}
+
 /// Sorts by a key that is unique for distinct items, so that the order is the same every time.
 pub fn sort_by_key<T: Send, K: Ord>(items: &mut [T], key: impl Fn(&T) -> K + Sync) {
     items.par_sort_unstable_by_key(key);

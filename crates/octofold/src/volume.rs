@@ -220,6 +220,9 @@ pub enum VolumeError {
     /// The file behind the volume could not be read.
     #[error("the volume could not be read: {0}")]
     Read(#[from] std::io::Error),
+    /// A surface needs more points than 32-bit indices can name.
+    #[error("the surface has more than 4 294 967 295 points; take a part or a coarser volume")]
+    TooManyPoints,
     /// The work was interrupted.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
