@@ -6,14 +6,20 @@
 
 pub mod attributes;
 pub mod bits;
+pub mod lattice;
 pub mod mesh;
 pub mod octree;
 pub mod par;
 pub mod polygon;
+pub mod radix;
 pub mod run;
+pub mod scan;
 pub mod soup;
+pub mod spans;
 pub mod surface;
 pub mod volume;
+pub mod voxelize;
+pub mod winding;
 
 pub use attributes::{Attributes, LengthUnit, Material};
 pub use mesh::Mesh;

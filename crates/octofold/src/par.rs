@@ -68,6 +68,11 @@ where
     all
 }
 
+/// Sorts items whose order is total: equal items cannot be told apart.
+pub fn sort<T: Send + Ord>(items: &mut [T]) {
+    items.par_sort_unstable();
+}
+
 /// Sorts by a key that is unique for distinct items, so that the order is the same every time.
 pub fn sort_by_key<T: Send, K: Ord>(items: &mut [T], key: impl Fn(&T) -> K + Sync) {
     items.par_sort_unstable_by_key(key);

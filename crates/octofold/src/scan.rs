@@ -305,3 +305,165 @@ impl Local {
         })
     }
 }
+
+/// True where the triangle meets one of the 26 segments from the centre of a touched cell to its
+/// face centres, edge middles and corners.
+pub fn crosses_star(facet: &Facet, sub_bits: u32, cell: [u32; 3]) -> bool {
+    let half = 1i128 << (sub_bits - 1);
+    let centre = cell.map(|c| (i128::from(c) << sub_bits) + half);
+    let corners = facet.map(|p| [0, 1, 2].map(|a| i128::from(p[a]) - centre[a]));
+    let cross = |a: [i128; 3], b: [i128; 3]| {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let dot = |a: [i128; 3], b: [i128; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let sub = |a: [i128; 3], b: [i128; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let [p, q, r] = corners;
+    let normal = cross(sub(q, p), sub(r, p));
+    let height = dot(normal, p);
+    // Half of the directions; each stands for the line through the centre both ways.
+    (14..27).any(|d| {
+        let direction = [d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1];
+        let reach = dot(normal, direction) * half;
+        if height.abs() > reach.abs() {
+            return false;
+        }
+        // The line passes the three edges on the same side.
+        let sides = [(p, q), (q, r), (r, p)].map(|(a, b)| dot(cross(a, b), direction));
+        sides.iter().all(|&s| s >= 0) || sides.iter().all(|&s| s <= 0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const SUB: u32 = 4;
+
+    /// Small odd coordinates, often equal, so that flat and thin triangles are common.
+    fn facet(cells: i32) -> impl Strategy<Value = Facet> {
+        let step = (0..cells << (SUB - 1)).prop_map(|i| 2 * i + 1);
+        prop::array::uniform3(prop::array::uniform3(step))
+    }
+
+    /// All thirteen axes of the separating axis theorem for a closed triangle and a closed box.
+    fn overlaps(facet: &Facet, cell: [u32; 3]) -> bool {
+        let low = cell.map(|c| i128::from(c) << SUB);
+        let size = 1i128 << SUB;
+        let corners = facet.map(|p| [0, 1, 2].map(|a| i128::from(p[a])));
+        let sub = |a: [i128; 3], b: [i128; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+        let cross = |a: [i128; 3], b: [i128; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let edges = [0, 1, 2].map(|i| sub(corners[(i + 1) % 3], corners[i]));
+        let units = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+        let normal = cross(edges[0], edges[1]);
+        let mut axes = vec![normal];
+        axes.extend(units);
+        axes.extend(edges.iter().flat_map(|&e| units.map(|u| cross(e, u))));
+        // Without area, the directions in the plane of triangle and box edge are needed too.
+        axes.extend(edges.iter().map(|&e| cross(e, normal)));
+        axes.iter().all(|axis| {
+            let dot = |p: [i128; 3]| (0..3).map(|a| axis[a] * p[a]).sum::<i128>();
+            let of_triangle = corners.map(dot);
+            let of_box: Vec<i128> = (0..8)
+                .map(|c| dot([0, 1, 2].map(|a| low[a] + (c >> a & 1) as i128 * size)))
+                .collect();
+            of_triangle.iter().max() >= of_box.iter().min()
+                && of_box.iter().max() >= of_triangle.iter().min()
+        })
+    }
+
+    fn found(facet: &Facet) -> Vec<[u32; 3]> {
+        let mut cells = Vec::new();
+        super::cells(facet, SUB, |c| cells.push(c));
+        cells.sort_unstable();
+        cells
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(512))]
+
+        #[test]
+        fn touched_cells_are_those_that_overlap(facet in facet(6)) {
+            let mut expected = Vec::new();
+            for x in 0..6 {
+                for y in 0..6 {
+                    for z in 0..6 {
+                        if overlaps(&facet, [x, y, z]) {
+                            expected.push([x, y, z]);
+                        }
+                    }
+                }
+            }
+            prop_assert_eq!(found(&facet), expected);
+        }
+
+        #[test]
+        fn both_widths_agree(facet in facet(40), axis in 0usize..3) {
+            let local = Local::new(&facet, SUB);
+            prop_assert!(local.fits_i64());
+            let (mut narrow, mut wide) = (Vec::new(), Vec::new());
+            local.cells::<i64>(|c| narrow.push(c));
+            local.cells::<i128>(|c| wide.push(c));
+            prop_assert_eq!(narrow, wide);
+            for lines in [Lines::Centres, Lines::Corners] {
+                let (mut narrow, mut wide) = (Vec::new(), Vec::new());
+                local.crossings::<i64>(axis, lines, |c| narrow.push(c));
+                local.crossings::<i128>(axis, lines, |c| wide.push(c));
+                prop_assert_eq!(narrow, wide);
+            }
+        }
+
+        #[test]
+        fn lines_cross_a_tetrahedron_in_pairs_round_its_inside(
+            a in facet(6),
+            d in facet(6),
+            axis in 0usize..3,
+        ) {
+            let [p, q, r] = a;
+            let s = d[0];
+            let orient = |a: [i32; 3], b: [i32; 3], c: [i32; 3], d: [i32; 3]| {
+                let m = [b, c, d].map(|x| [0, 1, 2].map(|k| i64::from(x[k]) - i64::from(a[k])));
+                m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+                    - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+                    + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+            };
+            let turn = orient(p, q, r, s).signum();
+            prop_assume!(turn != 0);
+            let faces = if turn > 0 {
+                [[p, r, q], [p, q, s], [q, r, s], [r, p, s]]
+            } else {
+                [[p, q, r], [p, s, q], [q, s, r], [r, s, p]]
+            };
+            let mut all = Vec::new();
+            for face in &faces {
+                crossings(face, SUB, axis, Lines::Centres, |c| all.push(c));
+            }
+            all.sort_unstable();
+            for row in 0..36u32 {
+                let row = [row % 6, row / 6];
+                let here: Vec<_> = all.iter().filter(|c| c.row == row).collect();
+                prop_assert_eq!(here.len() % 2, 0);
+                for k in 0..6u32 {
+                    let mut centre = [0; 3];
+                    centre[axis] = k;
+                    centre[(axis + 1) % 3] = row[0];
+                    centre[(axis + 2) % 3] = row[1];
+                    let centre = centre.map(|c| ((c << SUB) + (1 << (SUB - 1))) as i32);
+                    let sides = faces.map(|[a, b, c]| orient(a, b, c, centre).signum());
+                    if sides.contains(&0) {
+                        continue;
+                    }
+                    let winding: i32 = here
+                        .iter()
+                        .filter(|c| c.first_centre() <= k)
+                        .map(|c| if c.leaving { -1 } else { 1 })
+                        .sum();
+                    let inside = sides.iter().all(|&s| s < 0) || sides.iter().all(|&s| s > 0);
+                    prop_assert_eq!(winding, i32::from(inside));
+                }
+            }
+        }
+    }
+}

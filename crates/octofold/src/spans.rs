@@ -1,0 +1,221 @@
+//! Solids as runs of cells along x: the form in which large solids fit in memory.
+//!
+//! Only rows that hold something are kept, so memory grows with the surface and not with the
+//! volume.
+
+use crate::attributes::LengthUnit;
+use crate::volume::{Block, Placement, Region, ScalarType, Volume, VolumeError};
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// A set of cells of a grid, as maximal runs along x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spans {
+    dims: [usize; 3],
+    /// Where cell centres lie in the world.
+    pub placement: Placement,
+    /// First row of each slice z, and the end.
+    slices: Vec<usize>,
+    rows: Vec<Row>,
+    runs: Vec<[u32; 2]>,
+}
+
+/// One row that holds something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Row {
+    y: u32,
+    /// One past the row's last run; its first is where the row before ends.
+    end: usize,
+}
+
+impl Spans {
+    /// An empty set of cells.
+    pub fn empty(dims: [usize; 3], placement: Placement) -> Self {
+        Self { dims, placement, slices: vec![0; dims[2] + 1], rows: Vec::new(), runs: Vec::new() }
+    }
+
+    /// Collects runs in order of slice, row and start; runs that touch are joined.
+    pub fn from_runs(
+        dims: [usize; 3],
+        placement: Placement,
+        ordered: impl IntoIterator<Item = ([u32; 2], [u32; 2])>,
+    ) -> Self {
+        let mut spans = Self { slices: vec![0], ..Self::empty(dims, placement) };
+        for ([y, z], [start, end]) in ordered {
+            while spans.slices.len() <= z as usize {
+                spans.slices.push(spans.rows.len());
+            }
+            let slice_start = spans.slices[z as usize];
+            match spans.rows[slice_start..].last_mut() {
+                Some(row) if row.y == y => match spans.runs.last_mut() {
+                    Some(run) if run[1] >= start => run[1] = run[1].max(end),
+                    _ => {
+                        spans.runs.push([start, end]);
+                        row.end += 1;
+                    }
+                },
+                _ => {
+                    spans.runs.push([start, end]);
+                    spans.rows.push(Row { y, end: spans.runs.len() });
+                }
+            }
+        }
+        spans.slices.resize(dims[2] + 1, spans.rows.len());
+        spans
+    }
+
+    /// The runs of a row, `[start, end)` along x.
+    pub fn row(&self, y: usize, z: usize) -> &[[u32; 2]] {
+        let rows = self.slices[z]..self.slices[z + 1];
+        match self.rows[rows.clone()].binary_search_by_key(&(y as u32), |r| r.y) {
+            Ok(at) => &self.runs[self.runs_of(rows.start + at)],
+            Err(_) => &[],
+        }
+    }
+
+    fn runs_of(&self, row: usize) -> Range<usize> {
+        row.checked_sub(1).map_or(0, |before| self.rows[before].end)..self.rows[row].end
+    }
+
+    /// Calls `visit` with row `[y, z]` and its runs, in order, for every row that holds something.
+    pub fn for_each_row(&self, mut visit: impl FnMut([u32; 2], &[[u32; 2]])) {
+        for z in 0..self.dims[2] {
+            for row in self.slices[z]..self.slices[z + 1] {
+                visit([self.rows[row].y, z as u32], &self.runs[self.runs_of(row)]);
+            }
+        }
+    }
+
+    /// True where the cell is in the set; cells outside the grid are not.
+    pub fn contains(&self, [x, y, z]: [u32; 3]) -> bool {
+        if z as usize >= self.dims[2] {
+            return false;
+        }
+        let row = self.row(y as usize, z as usize);
+        let after = row.partition_point(|run| run[0] <= x);
+        after > 0 && x < row[after - 1][1]
+    }
+
+    /// Number of cells in the set.
+    pub fn count(&self) -> u64 {
+        self.runs.iter().map(|r| u64::from(r[1] - r[0])).sum()
+    }
+
+    /// Number of runs.
+    pub fn run_count(&self) -> usize {
+        self.runs.len()
+    }
+
+    /// Sets the unit of the world coordinates.
+    #[must_use]
+    pub fn in_unit(mut self, unit: Option<LengthUnit>) -> Self {
+        self.placement.unit = unit;
+        self
+    }
+}
+
+impl Volume for Spans {
+    fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    fn placement(&self) -> Placement {
+        self.placement
+    }
+
+    fn scalar_type(&self) -> ScalarType {
+        ScalarType::U8
+    }
+
+    fn read(&self, region: Region) -> Result<Block<'_>, VolumeError> {
+        let [w, h, _] = region.dims();
+        let [x0, y0, z0] = region.start;
+        let mut out = vec![0u8; region.len()];
+        for z in z0..region.end[2] {
+            let rows = self.slices[z]..self.slices[z + 1];
+            let first = rows.start + self.rows[rows.clone()].partition_point(|r| (r.y as usize) < y0);
+            for row in first..rows.end {
+                let y = self.rows[row].y as usize;
+                if y >= region.end[1] {
+                    break;
+                }
+                let line = ((z - z0) * h + (y - y0)) * w;
+                for run in &self.runs[self.runs_of(row)] {
+                    let [start, end] = run.map(|x| (x as usize).clamp(x0, region.end[0]) - x0);
+                    out[line + start..line + end].fill(1);
+                }
+            }
+        }
+        Ok(Block::U8(Cow::Owned(out)))
+    }
+
+    fn bounds(&self, region: Region) -> Option<[f64; 2]> {
+        let [x0, y0, z0] = region.start.map(|i| i as u32);
+        let [x1, y1, z1] = region.end.map(|i| i as u32);
+        let mut empty = true;
+        let mut full = true;
+        for z in z0..z1 {
+            for y in y0..y1 {
+                let row = self.row(y as usize, z as usize);
+                let at = row.partition_point(|run| run[1] <= x0);
+                let run = row.get(at).filter(|run| run[0] < x1);
+                empty &= run.is_none();
+                full &= run.is_some_and(|run| run[0] <= x0 && run[1] >= x1);
+                if !empty && !full {
+                    return Some([0.0, 1.0]);
+                }
+            }
+        }
+        Some([f64::from(u8::from(full)), f64::from(u8::from(!empty))])
+    }
+
+    fn is_binary(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn runs_say_what_their_cells_say(
+            dims in (1usize..20, 1usize..5, 1usize..5),
+            cells in prop::collection::vec(any::<bool>(), 20 * 5 * 5),
+            corner in (0usize..20, 0usize..5, 0usize..5),
+        ) {
+            let dims = [dims.0, dims.1, dims.2];
+            let inside = |x: usize, y: usize, z: usize| cells[(z * 5 + y) * 20 + x];
+            let mut runs = Vec::new();
+            for z in 0..dims[2] {
+                for y in 0..dims[1] {
+                    for x in (0..dims[0]).filter(|&x| inside(x, y, z)) {
+                        runs.push(([y as u32, z as u32], [x as u32, x as u32 + 1]));
+                    }
+                }
+            }
+            let count = runs.len() as u64;
+            let spans = Spans::from_runs(dims, Placement::default(), runs);
+            prop_assert_eq!(spans.count(), count);
+            let start = [corner.0 % dims[0], corner.1 % dims[1], corner.2 % dims[2]];
+            let region = Region { start, end: dims };
+            let block = spans.read(region).unwrap();
+            let mut range = [1.0, 0.0f64];
+            let mut i = 0;
+            for z in start[2]..dims[2] {
+                for y in start[1]..dims[1] {
+                    for x in start[0]..dims[0] {
+                        let expected = inside(x, y, z);
+                        prop_assert_eq!(block.value(i) == 1.0, expected);
+                        prop_assert_eq!(spans.contains([x, y, z].map(|i| i as u32)), expected);
+                        range = [range[0].min(block.value(i)), range[1].max(block.value(i))];
+                        i += 1;
+                    }
+                }
+            }
+            prop_assert_eq!(spans.bounds(region), Some(range));
+        }
+    }
+}

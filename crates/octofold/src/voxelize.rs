@@ -1,0 +1,518 @@
+//! Meshes into cells: solids by exact parity along rows, surfaces by exact overlap.
+//!
+//! Everything is read off the scan converter ([`crate::scan`]) and one radix sort; the inside is
+//! never visited, so time and memory grow with the surface. Source: specification of network
+//! (D3.2); thin surfaces after Laine 2013.
+
+use crate::lattice::{Lattice, LatticeError};
+use crate::mesh::Mesh;
+use crate::par;
+use crate::radix::{self, Equal};
+use crate::run::{Cancelled, Finding, Run};
+use crate::scan::{self, Facet, Lines};
+use crate::spans::Spans;
+use crate::winding::Winding;
+use rustc_hash::FxHashMap;
+
+/// How fine the grid is.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Size {
+    /// Cells along the longest side of the bounding box.
+    Resolution(u32),
+    /// Edge of a cell in world units.
+    Pitch(f64),
+}
+
+/// Which cells are set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fill {
+    /// Cells whose centre is inside.
+    #[default]
+    Solid,
+    /// Cells that a triangle touches. No path of cells that share at least a corner passes.
+    Surface,
+    /// Cells in which the surface crosses a line from the centre to a face, an edge or a corner.
+    /// Still no path passes, with fewer cells.
+    ThinSurface26,
+    /// Cells in which the surface crosses a line from the centre to a face: no path of cells that
+    /// share a face passes.
+    ThinSurface6,
+}
+
+/// How a mesh becomes cells.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct VoxelizeOptions {
+    /// How fine the grid is.
+    pub size: Size,
+    /// Which cells are set.
+    #[serde(default)]
+    pub fill: Fill,
+}
+
+/// Why a mesh could not be made into cells.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VoxelizeError {
+    /// No lattice fits.
+    #[error(transparent)]
+    Lattice(#[from] LatticeError),
+    /// The work was interrupted.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Makes a mesh into cells on a grid that begins at its bounding box's low corner.
+pub fn voxelize(
+    mesh: &Mesh,
+    options: &VoxelizeOptions,
+    run: &Run,
+) -> Result<Spans, VoxelizeError> {
+    let bounds = mesh.bounds().ok_or(LatticeError::Bounds)?;
+    let lattice = match options.size {
+        Size::Resolution(resolution) => Lattice::fit(bounds, resolution)?,
+        Size::Pitch(pitch) => Lattice::with_pitch(bounds, pitch)?,
+    };
+    let spans = match options.fill {
+        Fill::Solid => solid(mesh, &lattice, run)?,
+        fill => surface(mesh, &lattice, fill, run)?,
+    };
+    Ok(spans.in_unit(mesh.unit))
+}
+
+/// The triangles of `mesh` in sub-steps of `lattice`.
+pub fn facets(mesh: &Mesh, lattice: &Lattice) -> Vec<Facet> {
+    let steps = par::map(&mesh.points, |&p| lattice.snap(p));
+    par::map(&mesh.triangles, |t| t.map(|p| steps[p as usize]))
+}
+
+/// What the triangles bound, judged on the lattice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Boundary {
+    /// Every edge is passed as often one way as the other.
+    Oriented,
+    /// Every edge has an even number of triangles.
+    Even,
+    /// This many edges have an odd number of triangles.
+    Open(u64),
+}
+
+/// The cells whose centre is inside.
+///
+/// Inside is where the winding number of a closed and consistently oriented mesh is not zero (so
+/// parts that overlap unite), where rows have crossed a closed mesh an odd number of times if its
+/// orientation is not consistent, and where the generalized winding number is at least one half
+/// for all other meshes; the last two leave a finding.
+pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancelled> {
+    run.stage("snap");
+    let facets = facets(mesh, lattice);
+    match boundary(&facets) {
+        Boundary::Oriented => solid_by_rows(&facets, lattice, |w, _| w != 0, run),
+        Boundary::Even => {
+            run.finding(Finding::warning(
+                "parity-fill",
+                "the mesh is closed, but its triangles are not consistently oriented: \
+                 the inside was taken by parity",
+            ));
+            solid_by_rows(&facets, lattice, |_, odd| odd, run)
+        }
+        Boundary::Open(edges) => {
+            run.finding(
+                Finding::warning(
+                    "winding-fill",
+                    format!(
+                        "the mesh is not closed ({edges} edges with an odd number of triangles): \
+                         the inside was taken by the generalized winding number; \
+                         repair the mesh for an exact result"
+                    ),
+                )
+                .of(edges),
+            );
+            solid_by_winding(mesh, &facets, lattice, run)
+        }
+    }
+}
+
+fn boundary(facets: &[Facet]) -> Boundary {
+    let mut names: FxHashMap<[i32; 3], u32> = FxHashMap::default();
+    let mut edges = Vec::with_capacity(3 * facets.len());
+    for facet in facets {
+        let ids = facet.map(|p| {
+            let next = names.len() as u32;
+            *names.entry(p).or_insert(next)
+        });
+        for i in 0..3 {
+            let (a, b) = (ids[i], ids[(i + 1) % 3]);
+            if a != b {
+                edges.push(((u64::from(a.min(b)) << 32 | u64::from(a.max(b))), a < b));
+            }
+        }
+    }
+    par::sort(&mut edges);
+    let (mut odd, mut unbalanced) = (0, 0);
+    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+        let forward = edge.iter().filter(|e| e.1).count();
+        odd += edge.len() as u64 & 1;
+        unbalanced += usize::from(2 * forward != edge.len());
+    }
+    match (odd, unbalanced) {
+        (0, 0) => Boundary::Oriented,
+        (0, _) => Boundary::Even,
+        _ => Boundary::Open(odd),
+    }
+}
+
+/// Facets in one unit of work: few enough that a handful of huge ones still runs in parallel.
+pub(crate) fn block_of(facets: usize) -> usize {
+    (facets / 256).clamp(1, 4096)
+}
+
+/// Bits of a cell index along a row, of one more than the last cell too.
+const X_BITS: u32 = 17;
+
+fn solid_by_rows(
+    facets: &[Facet],
+    lattice: &Lattice,
+    inside: impl Fn(i32, bool) -> bool + Sync,
+    run: &Run,
+) -> Result<Spans, Cancelled> {
+    run.stage("cross rows");
+    let rows = u64::from(lattice.cells()[1]);
+    let crossings = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
+        let mut keys = Vec::new();
+        for facet in &facets[block] {
+            scan::crossings(facet, lattice.sub_bits(), 0, Lines::Centres, |c| {
+                let row = u64::from(c.row[1]) * rows + u64::from(c.row[0]);
+                let x = u64::from(c.first_centre());
+                keys.push((row << X_BITS | x) << 1 | u64::from(c.leaving));
+            });
+        }
+        keys
+    })?;
+    run.stage("sort crossings");
+    let shares = radix::sort(crossings, X_BITS + 1, Equal::Keep);
+    run.check()?;
+    run.stage("fill rows");
+    let runs = par::map(&shares, |share| {
+        let mut runs = Vec::new();
+        for row in share.chunk_by(|a, b| a >> (X_BITS + 1) == b >> (X_BITS + 1)) {
+            let (mut winding, mut odd, mut start) = (0, false, None);
+            let name = row[0] >> (X_BITS + 1);
+            for place in row.chunk_by(|a, b| a >> 1 == b >> 1) {
+                for crossing in place {
+                    winding += if crossing & 1 == 0 { 1 } else { -1 };
+                    odd = !odd;
+                }
+                let x = (place[0] >> 1) as u32 & ((1 << X_BITS) - 1);
+                match (start, inside(winding, odd)) {
+                    (None, true) => start = Some(x),
+                    (Some(from), false) => {
+                        runs.push(([(name % rows) as u32, (name / rows) as u32], [from, x]));
+                        start = None;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        runs
+    });
+    drop(shares);
+    run.check()?;
+    Ok(gather(lattice, runs))
+}
+
+/// Puts ordered shares of runs together.
+fn gather(lattice: &Lattice, runs: Vec<Vec<([u32; 2], [u32; 2])>>) -> Spans {
+    let dims = lattice.cells().map(|n| n as usize);
+    // A centre may lie exactly on the far border's crossing: such runs are empty.
+    let filled = runs.into_iter().flatten().filter(|(_, [start, end])| start < end);
+    Spans::from_runs(dims, lattice.placement(), filled)
+}
+
+/// Evaluates the generalized winding number only where it can cross one half.
+///
+/// Away from the surface it is a harmonic function, so over an octant without surface it takes
+/// its extremes on the border; octants whose samples on the border are all well to one side are
+/// taken whole, the others are split.
+fn solid_by_winding(
+    mesh: &Mesh,
+    facets: &[Facet],
+    lattice: &Lattice,
+    run: &Run,
+) -> Result<Spans, Cancelled> {
+    run.stage("scan surface");
+    let surface = touched(facets, lattice, run, |cell, _| Some(cell))?;
+    let winding = Winding::new(mesh);
+    let at = |cell: [u32; 3]| winding.at(lattice.placement().place(cell.map(f64::from)));
+    run.stage("winding number");
+    let cells = lattice.cells();
+    let column = 16u32;
+    let columns = [cells[1].div_ceil(column), cells[2].div_ceil(column)];
+    let count = (columns[0] * columns[1]) as usize;
+    let parts = par::blocks(run, count, 1, |block| {
+        let mut found = Vec::new();
+        for c in block {
+            let (y, z) = (c as u32 % columns[0] * column, c as u32 / columns[0] * column);
+            for x in (0..cells[0]).step_by(column as usize) {
+                fill_octant([x, y, z], column, cells, &surface, &at, &mut found);
+            }
+        }
+        found
+    })?;
+    let rows = u64::from(cells[1]);
+    let keys = par::map(&parts, |part| {
+        part.iter()
+            .map(|&[x, y, z]| (u64::from(z) * rows + u64::from(y)) << X_BITS | u64::from(x))
+            .collect()
+    });
+    Ok(from_cells(lattice, keys))
+}
+
+/// Adds the inside cells of one octant.
+fn fill_octant(
+    low: [u32; 3],
+    size: u32,
+    cells: [u32; 3],
+    surface: &Spans,
+    at: &impl Fn([u32; 3]) -> f64,
+    found: &mut Vec<[u32; 3]>,
+) {
+    let high: [u32; 3] = std::array::from_fn(|a| (low[a] + size).min(cells[a]));
+    if (0..3).any(|a| low[a] >= high[a]) {
+        return;
+    }
+    if size == 1 {
+        if at(low).abs() >= 0.5 {
+            found.push(low);
+        }
+        return;
+    }
+    let region = crate::volume::Region {
+        start: low.map(|i| i as usize),
+        end: high.map(|i| i as usize),
+    };
+    let empty = crate::Volume::bounds(surface, region) == Some([0.0, 0.0]);
+    if empty {
+        let samples = (0..9).map(|c| {
+            at(std::array::from_fn(|a| match c {
+                8 => (low[a] + high[a]) / 2,
+                c if c >> a & 1 == 1 => high[a] - 1,
+                _ => low[a],
+            }))
+            .abs()
+        });
+        let (least, most) = samples.fold((f64::MAX, 0.0f64), |(l, m), w| (l.min(w), m.max(w)));
+        const CLEAR: f64 = 0.125;
+        if most < 0.5 - CLEAR {
+            return;
+        }
+        if least > 0.5 + CLEAR {
+            for z in low[2]..high[2] {
+                for y in low[1]..high[1] {
+                    found.extend((low[0]..high[0]).map(|x| [x, y, z]));
+                }
+            }
+            return;
+        }
+    }
+    for octant in 0..8 {
+        let child = std::array::from_fn(|a| low[a] + (octant >> a & 1) * size / 2);
+        fill_octant(child, size / 2, cells, surface, at, found);
+    }
+}
+
+/// The cells that the surface occupies in the sense of `fill`, which is not [`Fill::Solid`].
+pub fn surface(
+    mesh: &Mesh,
+    lattice: &Lattice,
+    fill: Fill,
+    run: &Run,
+) -> Result<Spans, Cancelled> {
+    run.stage("snap");
+    let facets = facets(mesh, lattice);
+    run.stage("scan surface");
+    match fill {
+        Fill::Solid => solid(mesh, lattice, run),
+        Fill::Surface => touched(&facets, lattice, run, |cell, _| Some(cell)),
+        Fill::ThinSurface26 => touched(&facets, lattice, run, |cell, facet| {
+            scan::crosses_star(facet, lattice.sub_bits(), cell).then_some(cell)
+        }),
+        Fill::ThinSurface6 => {
+            let keys = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
+                let mut keys = Vec::new();
+                for facet in &facets[block] {
+                    for axis in 0..3 {
+                        scan::crossings(facet, lattice.sub_bits(), axis, Lines::Centres, |c| {
+                            let mut cell = [0; 3];
+                            cell[axis] = c.half / 2;
+                            cell[(axis + 1) % 3] = c.row[0];
+                            cell[(axis + 2) % 3] = c.row[1];
+                            keys.push(row_major(lattice, cell));
+                        });
+                    }
+                }
+                keys
+            })?;
+            Ok(from_cells(lattice, keys))
+        }
+    }
+}
+
+/// The touched cells that `keep` keeps.
+fn touched(
+    facets: &[Facet],
+    lattice: &Lattice,
+    run: &Run,
+    keep: impl Fn([u32; 3], &Facet) -> Option<[u32; 3]> + Sync,
+) -> Result<Spans, Cancelled> {
+    let keys = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
+        let mut keys = Vec::new();
+        for facet in &facets[block] {
+            scan::cells(facet, lattice.sub_bits(), |cell| {
+                keys.extend(keep(cell, facet).map(|cell| row_major(lattice, cell)));
+            });
+        }
+        keys
+    })?;
+    Ok(from_cells(lattice, keys))
+}
+
+fn row_major(lattice: &Lattice, [x, y, z]: [u32; 3]) -> u64 {
+    (u64::from(z) * u64::from(lattice.cells()[1]) + u64::from(y)) << X_BITS | u64::from(x)
+}
+
+fn from_cells(lattice: &Lattice, keys: Vec<Vec<u64>>) -> Spans {
+    let rows = u64::from(lattice.cells()[1]);
+    let shares = radix::sort(keys, X_BITS, Equal::Merge);
+    let runs = par::map(&shares, |share| {
+        let mut runs = Vec::new();
+        for run in share.chunk_by(|a, b| a + 1 == *b) {
+            let (name, x) = (run[0] >> X_BITS, (run[0] & ((1 << X_BITS) - 1)) as u32);
+            let row = [(name % rows) as u32, (name / rows) as u32];
+            runs.push((row, [x, x + run.len() as u32]));
+        }
+        runs
+    });
+    gather(lattice, runs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Volume;
+
+    /// A box with outward triangles.
+    fn cuboid(low: [f64; 3], high: [f64; 3]) -> Mesh {
+        let points = (0..8)
+            .map(|c| std::array::from_fn(|a| if c >> a & 1 == 1 { high[a] } else { low[a] }))
+            .collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
+        Mesh::new(points, triangles.collect()).unwrap()
+    }
+
+    fn join(a: Mesh, b: Mesh) -> Mesh {
+        let start = a.points.len() as u32;
+        let triangles = b.triangles.iter().map(|t| t.map(|p| p + start));
+        Mesh::new([a.points, b.points].concat(), a.triangles.iter().copied().chain(triangles).collect())
+            .unwrap()
+    }
+
+    fn cells(mesh: &Mesh, resolution: u32, fill: Fill) -> Spans {
+        let options = VoxelizeOptions { size: Size::Resolution(resolution), fill };
+        voxelize(mesh, &options, &Run::default()).unwrap()
+    }
+
+    #[test]
+    fn a_box_fills_its_grid_and_its_surface_is_the_shell() {
+        let mesh = cuboid([0.0; 3], [1.0; 3]);
+        assert_eq!(cells(&mesh, 10, Fill::Solid).count(), 1000);
+        let shell = 1000 - 8 * 8 * 8;
+        for fill in [Fill::Surface, Fill::ThinSurface26, Fill::ThinSurface6] {
+            assert_eq!(cells(&mesh, 10, fill).count(), shell, "{fill:?}");
+        }
+    }
+
+    #[test]
+    fn overlapping_parts_unite_and_cavities_stay_empty() {
+        let both = join(cuboid([0.0; 3], [6.0; 3]), cuboid([3.0; 3], [8.0; 3]));
+        let expected = 216 + 125 - 27;
+        assert_eq!(cells(&both, 8, Fill::Solid).count(), expected);
+        let mut inner = cuboid([2.0; 3], [5.0; 3]);
+        inner.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        let hollow = join(cuboid([0.0; 3], [8.0; 3]), inner);
+        assert_eq!(cells(&hollow, 8, Fill::Solid).count(), 512 - 27);
+    }
+
+    #[test]
+    fn flipped_triangles_are_filled_by_parity() {
+        let mut mesh = cuboid([0.0; 3], [1.0; 3]);
+        mesh.triangles[3].swap(0, 1);
+        assert_eq!(cells(&mesh, 12, Fill::Solid).count(), 12 * 12 * 12);
+    }
+
+    #[test]
+    fn a_box_without_a_triangle_is_filled_by_winding_number() {
+        let mut mesh = cuboid([0.0; 3], [1.0; 3]);
+        mesh.triangles.pop();
+        let count = cells(&mesh, 16, Fill::Solid).count();
+        // Half a side is open: the level set of one half bulges there by a little.
+        assert!((3600..=4096).contains(&count), "{count}");
+    }
+
+    /// True where a path of cells outside `wall` leads from one end of the grid to the other.
+    fn leaks(wall: &Spans, neighbours: impl Fn([i64; 3]) -> bool) -> bool {
+        let dims = wall.dims().map(|d| d as i64);
+        let mut seen = std::collections::BTreeSet::new();
+        let mut stack: Vec<[i64; 3]> = (0..dims[0] * dims[1]).map(|i| [i % dims[0], i / dims[0], 0]).collect();
+        while let Some(cell) = stack.pop() {
+            if (0..3).any(|a| cell[a] < 0 || cell[a] >= dims[a])
+                || wall.contains(cell.map(|c| c as u32))
+                || !seen.insert(cell)
+            {
+                continue;
+            }
+            if cell[2] == dims[2] - 1 {
+                return true;
+            }
+            for d in 0..27 {
+                let step = [d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1];
+                if neighbours(step) {
+                    stack.push([0, 1, 2].map(|a| cell[a] + step[a]));
+                }
+            }
+        }
+        false
+    }
+
+    #[test]
+    fn surfaces_separate_what_they_promise() {
+        for slope in [[0.0, 0.0], [0.31, 0.17], [0.77, -0.4], [1.0, 1.0], [1.9, 0.6]] {
+            // A slanted sheet right across the grid, which reaches from z = 0 to z = 24.
+            let height = |x: f64, y: f64| 12.0 + slope[0] * (x - 6.0) * 0.9 + slope[1] * (y - 6.0) * 0.9;
+            let corners = [[0.0, 0.0], [12.0, 0.0], [12.0, 12.0], [0.0, 12.0]];
+            let mut points: Vec<[f64; 3]> =
+                corners.iter().map(|c| [c[0], c[1], height(c[0], c[1])]).collect();
+            // Two stray points make the box tall enough.
+            points.extend([[0.0, 0.0, 0.0], [12.0, 12.0, 24.0]]);
+            let mesh = Mesh::new(points, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+            let touched = cells(&mesh, 24, Fill::Surface);
+            let thin26 = cells(&mesh, 24, Fill::ThinSurface26);
+            let thin6 = cells(&mesh, 24, Fill::ThinSurface6);
+            let faces = |s: [i64; 3]| s.iter().map(|c| c.abs()).sum::<i64>() == 1;
+            assert!(!leaks(&touched, |_| true));
+            assert!(!leaks(&thin26, |_| true));
+            assert!(!leaks(&thin6, faces));
+            assert!(thin6.count() <= thin26.count() && thin26.count() <= touched.count());
+        }
+    }
+
+    #[test]
+    fn threads_do_not_change_a_byte() {
+        let mesh = join(cuboid([0.1; 3], [6.3, 5.0, 4.0]), cuboid([3.0; 3], [8.0; 3]));
+        for fill in [Fill::Solid, Fill::Surface, Fill::ThinSurface26, Fill::ThinSurface6] {
+            let all = [1, 2, 3, 8].map(|n| par::with_threads(n, || cells(&mesh, 50, fill)));
+            assert!(all.windows(2).all(|s| s[0] == s[1]));
+        }
+    }
+}
