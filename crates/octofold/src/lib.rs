@@ -5,15 +5,19 @@
 //! options struct and a [`Run`].
 
 pub mod attributes;
+pub mod exact;
+pub mod measure;
 pub mod mesh;
 pub mod par;
 pub mod polygon;
 pub mod run;
+pub mod solid;
 pub mod soup;
 pub mod volume;
 
 pub use attributes::{Attributes, LengthUnit, Material};
 pub use mesh::Mesh;
 pub use run::{Cancel, Cancelled, Finding, Run, Watch};
+pub use solid::{NotSolid, Solid};
 pub use soup::{ShapeError, Soup, SoupBuilder};
 pub use volume::{Placement, Volume};
