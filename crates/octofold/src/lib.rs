@@ -6,7 +6,9 @@
 
 pub mod attributes;
 pub mod bits;
+pub mod exact;
 pub mod lattice;
+pub mod measure;
 pub mod mesh;
 pub mod octree;
 pub mod par;
@@ -14,15 +16,16 @@ pub mod polygon;
 pub mod radix;
 pub mod run;
 pub mod scan;
+pub mod solid;
 pub mod soup;
 pub mod spans;
 pub mod surface;
 pub mod volume;
 pub mod voxelize;
-pub mod winding;
 
 pub use attributes::{Attributes, LengthUnit, Material};
 pub use mesh::Mesh;
 pub use run::{Cancel, Cancelled, Finding, Run, Watch};
+pub use solid::{NotSolid, Solid};
 pub use soup::{ShapeError, Soup, SoupBuilder};
 pub use volume::{Placement, Volume};

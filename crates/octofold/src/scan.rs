@@ -156,8 +156,8 @@ impl Local {
         }
         let size = I::from(1 << self.sub_bits);
         let step = normal.map(|n| n * size);
-        let [low, high] = [I::min as fn(I, I) -> I, I::max]
-            .map(|pick| pick(zero, step[u]) + pick(zero, step[v]));
+        let [low, high] =
+            [I::min as fn(I, I) -> I, I::max].map(|pick| pick(zero, step[u]) + pick(zero, step[v]));
         let [across, along, side] =
             [(u, v), (w, v), (w, u)].map(|(x, y)| Outline::touching(self, x, y));
         let first = self.corners[0].map(I::from);

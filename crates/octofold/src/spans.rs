@@ -133,7 +133,8 @@ impl Volume for Spans {
         let mut out = vec![0u8; region.len()];
         for z in z0..region.end[2] {
             let rows = self.slices[z]..self.slices[z + 1];
-            let first = rows.start + self.rows[rows.clone()].partition_point(|r| (r.y as usize) < y0);
+            let first =
+                rows.start + self.rows[rows.clone()].partition_point(|r| (r.y as usize) < y0);
             for row in first..rows.end {
                 let y = self.rows[row].y as usize;
                 if y >= region.end[1] {

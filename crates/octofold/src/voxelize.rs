@@ -5,13 +5,13 @@
 //! (D3.2); thin surfaces after Laine 2013.
 
 use crate::lattice::{Lattice, LatticeError};
+use crate::measure::Winding;
 use crate::mesh::Mesh;
 use crate::par;
 use crate::radix::{self, Equal};
 use crate::run::{Cancelled, Finding, Run};
 use crate::scan::{self, Facet, Lines};
 use crate::spans::Spans;
-use crate::winding::Winding;
 use rustc_hash::FxHashMap;
 
 /// How fine the grid is.
@@ -63,11 +63,7 @@ pub enum VoxelizeError {
 }
 
 /// Makes a mesh into cells on a grid that begins at its bounding box's low corner.
-pub fn voxelize(
-    mesh: &Mesh,
-    options: &VoxelizeOptions,
-    run: &Run,
-) -> Result<Spans, VoxelizeError> {
+pub fn voxelize(mesh: &Mesh, options: &VoxelizeOptions, run: &Run) -> Result<Spans, VoxelizeError> {
     let bounds = mesh.bounds().ok_or(LatticeError::Bounds)?;
     let lattice = match options.size {
         Size::Resolution(resolution) => Lattice::fit(bounds, resolution)?,
@@ -287,10 +283,8 @@ fn fill_octant(
         }
         return;
     }
-    let region = crate::volume::Region {
-        start: low.map(|i| i as usize),
-        end: high.map(|i| i as usize),
-    };
+    let region =
+        crate::volume::Region { start: low.map(|i| i as usize), end: high.map(|i| i as usize) };
     let empty = crate::Volume::bounds(surface, region) == Some([0.0, 0.0]);
     if empty {
         let samples = (0..9).map(|c| {
@@ -322,12 +316,7 @@ fn fill_octant(
 }
 
 /// The cells that the surface occupies in the sense of `fill`, which is not [`Fill::Solid`].
-pub fn surface(
-    mesh: &Mesh,
-    lattice: &Lattice,
-    fill: Fill,
-    run: &Run,
-) -> Result<Spans, Cancelled> {
+pub fn surface(mesh: &Mesh, lattice: &Lattice, fill: Fill, run: &Run) -> Result<Spans, Cancelled> {
     run.stage("snap");
     let facets = facets(mesh, lattice);
     run.stage("scan surface");
@@ -406,7 +395,8 @@ mod tests {
         let points = (0..8)
             .map(|c| std::array::from_fn(|a| if c >> a & 1 == 1 { high[a] } else { low[a] }))
             .collect();
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let quads =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
         Mesh::new(points, triangles.collect()).unwrap()
     }
@@ -414,8 +404,11 @@ mod tests {
     fn join(a: Mesh, b: Mesh) -> Mesh {
         let start = a.points.len() as u32;
         let triangles = b.triangles.iter().map(|t| t.map(|p| p + start));
-        Mesh::new([a.points, b.points].concat(), a.triangles.iter().copied().chain(triangles).collect())
-            .unwrap()
+        Mesh::new(
+            [a.points, b.points].concat(),
+            a.triangles.iter().copied().chain(triangles).collect(),
+        )
+        .unwrap()
     }
 
     fn cells(mesh: &Mesh, resolution: u32, fill: Fill) -> Spans {
@@ -464,7 +457,8 @@ mod tests {
     fn leaks(wall: &Spans, neighbours: impl Fn([i64; 3]) -> bool) -> bool {
         let dims = wall.dims().map(|d| d as i64);
         let mut seen = std::collections::BTreeSet::new();
-        let mut stack: Vec<[i64; 3]> = (0..dims[0] * dims[1]).map(|i| [i % dims[0], i / dims[0], 0]).collect();
+        let mut stack: Vec<[i64; 3]> =
+            (0..dims[0] * dims[1]).map(|i| [i % dims[0], i / dims[0], 0]).collect();
         while let Some(cell) = stack.pop() {
             if (0..3).any(|a| cell[a] < 0 || cell[a] >= dims[a])
                 || wall.contains(cell.map(|c| c as u32))
@@ -489,7 +483,8 @@ mod tests {
     fn surfaces_separate_what_they_promise() {
         for slope in [[0.0, 0.0], [0.31, 0.17], [0.77, -0.4], [1.0, 1.0], [1.9, 0.6]] {
             // A slanted sheet right across the grid, which reaches from z = 0 to z = 24.
-            let height = |x: f64, y: f64| 12.0 + slope[0] * (x - 6.0) * 0.9 + slope[1] * (y - 6.0) * 0.9;
+            let height =
+                |x: f64, y: f64| 12.0 + slope[0] * (x - 6.0) * 0.9 + slope[1] * (y - 6.0) * 0.9;
             let corners = [[0.0, 0.0], [12.0, 0.0], [12.0, 12.0], [0.0, 12.0]];
             let mut points: Vec<[f64; 3]> =
                 corners.iter().map(|c| [c[0], c[1], height(c[0], c[1])]).collect();

@@ -74,11 +74,7 @@ impl Octree {
 
     /// Completes sorted, distinct Morton codes of gray finest cells with the largest black and
     /// white octants between them; `inside` tells black from white by an octant's first cell.
-    pub fn from_gray(
-        levels: u32,
-        gray: &[u64],
-        inside: impl Fn([u32; 3]) -> bool + Sync,
-    ) -> Self {
+    pub fn from_gray(levels: u32, gray: &[u64], inside: impl Fn([u32; 3]) -> bool + Sync) -> Self {
         let mut tops = Vec::new();
         split(CellKey::ROOT, gray, levels, SPLIT_LEVEL.min(levels), &mut |key, codes| {
             tops.push((key, codes));

@@ -1,0 +1,93 @@
+//! Self-intersections: pairs of triangles that meet outside a shared corner or edge.
+//!
+//! Corners are shared by position. Touching is meeting. Triangles on one line are left out, and so
+//! are pairs with the same three corners (they are duplicates). What counts is the same as in
+//! libigl's `remesh_self_intersections`, and is decided by exact predicates.
+
+use super::bvh::{Box3, Bvh, Item};
+use super::span;
+use super::weld::weld_points;
+use crate::exact::{self, Point};
+use crate::mesh::Mesh;
+use crate::par;
+use crate::run::{Cancelled, Run};
+
+const BLOCK: usize = 512;
+
+/// All pairs of triangles that meet outside a shared corner or edge, the lower number first,
+/// sorted.
+pub fn self_intersections(mesh: &Mesh, run: &Run) -> Result<Vec<[u32; 2]>, Cancelled> {
+    let welding = weld_points(&mesh.points, run)?;
+    let points = scaled(&welding.points);
+    let triangles = par::map(&mesh.triangles, |t| t.map(|p| welding.of[p as usize]));
+    let corners = |t: u32| triangles[t as usize].map(|p| points[p as usize]);
+    let items = par::blocks(run, triangles.len(), 8 * BLOCK, |range| {
+        let solid = |t: &u32| !exact::is_flat(corners(*t));
+        let item = |t| Item { around: Box3::around(&corners(t)), triangle: t };
+        (range.start as u32..range.end as u32).filter(solid).map(item).collect::<Vec<_>>()
+    })?;
+    let tree = Bvh::new(items.concat());
+    let found = par::blocks(run, tree.items.len(), BLOCK, |range| {
+        let mut pairs = Vec::new();
+        for &Item { around, triangle: a } in &tree.items[range] {
+            let [low, high] = span(&corners(a));
+            tree.overlaps(&around, |leaf| {
+                for &Item { triangle: b, .. } in tree.items[leaf].iter().filter(|i| i.triangle > a)
+                {
+                    let of_b = corners(b);
+                    let [low_b, high_b] = span(&of_b);
+                    let near = (0..3).all(|x| low[x] <= high_b[x] && low_b[x] <= high[x]);
+                    let [ta, tb] = [a, b].map(|t| triangles[t as usize]);
+                    if near && meet_outside_shared(&points, ta, tb) {
+                        pairs.push([a, b]);
+                    }
+                }
+            });
+        }
+        pairs
+    })?;
+    let mut pairs = found.concat();
+    par::sort_by_key(&mut pairs, |&pair| pair);
+    Ok(pairs)
+}
+
+/// The points, brought near to 1 by a power of two: nothing but the exponents changes, and products
+/// of coordinates stay in range.
+fn scaled(points: &[Point]) -> Vec<Point> {
+    let largest = points.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+    // The exponent's bits alone are the power of two just below.
+    let power = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
+    if power.is_normal() { par::map(points, |p| p.map(|x| x / power)) } else { points.to_vec() }
+}
+
+/// Whether two triangles, neither of them flat, meet outside the points that they share.
+fn meet_outside_shared(points: &[Point], a: [u32; 3], b: [u32; 3]) -> bool {
+    let at = |t: [u32; 3]| t.map(|p| points[p as usize]);
+    let own = |t: [u32; 3], other: [u32; 3]| t.map(|p| !other.contains(&p));
+    let (own_a, own_b) = (own(a, b), own(b, a));
+    let (at_a, at_b) = (at(a), at(b));
+    match own_a.iter().filter(|&&own| own).count() {
+        3 => exact::triangles_meet(at_a, at_b),
+        2 => {
+            exact::segment_meets_triangle(facing(at_a, own_a, false), at_b)
+                || exact::segment_meets_triangle(facing(at_b, own_b, false), at_a)
+        }
+        1 => {
+            // Only triangles folded onto each other in one plane share more than their edge.
+            let [p, q] = facing(at_a, own_a, true);
+            exact::folded_flat(p, q, apex(at_a, own_a), apex(at_b, own_b))
+        }
+        _ => false,
+    }
+}
+
+/// The edge against the one corner that differs from the others in `own`, which is `odd`.
+fn facing(corners: [Point; 3], own: [bool; 3], odd: bool) -> [Point; 2] {
+    let i = (0..3).find(|&i| own[i] == odd).unwrap_or(0);
+    [corners[(i + 1) % 3], corners[(i + 2) % 3]]
+}
+
+/// The corner that is not shared.
+fn apex(corners: [Point; 3], own: [bool; 3]) -> Point {
+    corners[(0..3).find(|&i| own[i]).unwrap_or(0)]
+}

@@ -1,0 +1,261 @@
+//! The nearest point of a mesh, and the triangle that it lies on.
+//!
+//! The answer is that of a search through all triangles, up to the last bits of rounding;
+//! triangles without area count as the segments or points that they are. Where several triangles
+//! are equally near, the lowest number wins. Closest points follow the regions of Ericson,
+//! "Real-Time Collision Detection", 5.1.5; slivers, where the regions drown in rounding, take the
+//! best of their edges and their inside instead.
+
+use super::bvh::{Box3, Bvh, Child, Item, Node, STACK};
+use crate::mesh::{Mesh, bounds};
+use crate::par;
+use crate::run::{Cancelled, Run};
+use glam::DVec3;
+
+const BLOCK: usize = 1024;
+
+/// Below this sine squared at its sharpest corner a triangle is a sliver.
+const SLIVER: f64 = 1e-6;
+
+/// The nearest point of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// The triangle it lies on.
+    pub triangle: u32,
+    /// Where it is.
+    pub point: [f64; 3],
+    /// Its distance from the query, squared.
+    pub distance_squared: f64,
+}
+
+/// An index over the triangles of one mesh.
+#[derive(Debug, Clone)]
+pub struct Nearest {
+    tree: Bvh,
+    /// In the order of the tree's items.
+    faces: Vec<Face>,
+    diagonal: f64,
+}
+
+impl Nearest {
+    /// Indexes all triangles of `mesh`.
+    pub fn new(mesh: &Mesh) -> Self {
+        let numbers: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        let tree = Bvh::new(par::map(&numbers, |&t| Item {
+            around: Box3::around(&mesh.corners(t as usize)),
+            triangle: t,
+        }));
+        let faces = par::map(&tree.items, |i| Face::new(mesh.corners(i.triangle as usize)));
+        let [low, high] = bounds(&mesh.points).unwrap_or_default().map(DVec3::from);
+        Self { tree, faces, diagonal: low.distance(high) }
+    }
+
+    /// The nearest point of the mesh; `None` where the mesh has no triangles.
+    pub fn nearest(&self, query: [f64; 3]) -> Option<Hit> {
+        self.search(query, f64::INFINITY)
+    }
+
+    /// The nearest point of the mesh no farther than `distance`.
+    pub fn nearest_within(&self, query: [f64; 3], distance: f64) -> Option<Hit> {
+        self.search(query, distance * distance)
+    }
+
+    /// The nearest points for many queries, in their order.
+    pub fn nearest_all(
+        &self,
+        queries: &[[f64; 3]],
+        run: &Run,
+    ) -> Result<Vec<Option<Hit>>, Cancelled> {
+        let parts = par::blocks(run, queries.len(), BLOCK, |range| {
+            queries[range].iter().map(|&q| self.nearest(q)).collect::<Vec<_>>()
+        })?;
+        Ok(parts.concat())
+    }
+
+    fn search(&self, query: [f64; 3], farthest_squared: f64) -> Option<Hit> {
+        let p = DVec3::from(query);
+        let mut best = Best {
+            distance_squared: farthest_squared,
+            reach: self.reach(farthest_squared),
+            triangle: u32::MAX,
+            offset: DVec3::NAN,
+        };
+        let mut stack = [(0.0f64, 0u32); STACK];
+        let mut waiting = usize::from(!self.tree.nodes.is_empty());
+        while waiting > 0 {
+            waiting -= 1;
+            let (bound, number) = stack[waiting];
+            if bound > best.reach {
+                continue;
+            }
+            let node = &self.tree.nodes[number as usize];
+            let bounds = box_distances(node, query);
+            let base = waiting;
+            for k in 0..4 {
+                if bounds[k].is_nan() || bounds[k] > best.reach {
+                    continue;
+                }
+                match node.child(k) {
+                    Child::Inner(child) => {
+                        // Nearest on top: what it yields spares most of the others.
+                        let mut at = waiting;
+                        while at > base && stack[at - 1].0 < bounds[k] {
+                            stack[at] = stack[at - 1];
+                            at -= 1;
+                        }
+                        stack[at] = (bounds[k], child);
+                        waiting += 1;
+                    }
+                    Child::Leaf(leaf) => {
+                        for i in leaf {
+                            let offset = self.faces[i].offset_from(p);
+                            let d = offset.length_squared();
+                            let triangle = self.tree.items[i].triangle;
+                            if d < best.distance_squared
+                                || (d == best.distance_squared && triangle < best.triangle)
+                            {
+                                let reach = self.reach(d);
+                                best = Best { distance_squared: d, reach, triangle, offset };
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        (best.triangle != u32::MAX).then(|| Hit {
+            triangle: best.triangle,
+            point: (p + best.offset).to_array(),
+            distance_squared: best.distance_squared,
+        })
+    }
+
+    /// Squared distance within which a box may hold something that rounds to no farther than
+    /// `distance_squared`.
+    fn reach(&self, distance_squared: f64) -> f64 {
+        let distance = distance_squared.sqrt();
+        let slack = 16.0 * f64::EPSILON * (distance + self.diagonal);
+        (distance + slack) * (distance + slack)
+    }
+}
+
+struct Best {
+    distance_squared: f64,
+    reach: f64,
+    triangle: u32,
+    offset: DVec3,
+}
+
+/// Squared distances from `p` to the boxes of a node; NaN for a child that is not there.
+fn box_distances(node: &Node, p: [f64; 3]) -> [f64; 4] {
+    let mut sum = [0.0; 4];
+    for x in 0..3 {
+        for k in 0..4 {
+            let below = f64::from(node.low[x][k]) - p[x];
+            let above = p[x] - f64::from(node.high[x][k]);
+            let outside = if below > above { below } else { above };
+            let outside = if outside < 0.0 { 0.0 } else { outside };
+            sum[k] += outside * outside;
+        }
+    }
+    sum
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Face {
+    a: DVec3,
+    ab: DVec3,
+    ac: DVec3,
+    sliver: bool,
+}
+
+impl Face {
+    fn new(corners: [[f64; 3]; 3]) -> Self {
+        let [a, b, c] = corners.map(DVec3::from);
+        let (ab, ac) = (b - a, c - a);
+        let longest = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
+        let doubled_area_squared = ab.cross(ac).length_squared();
+        let sliver = doubled_area_squared <= SLIVER * longest * longest;
+        Self { a, ab, ac, sliver }
+    }
+
+    /// From `p` to the closest point of the face.
+    #[inline]
+    fn offset_from(&self, p: DVec3) -> DVec3 {
+        let (ab, ac) = (self.ab, self.ac);
+        let ap = p - self.a;
+        if self.sliver {
+            return self.offset_from_sliver(ap);
+        }
+        let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+        if d1 <= 0.0 && d2 <= 0.0 {
+            return -ap;
+        }
+        let bp = ap - ab;
+        let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+        if d3 >= 0.0 && d4 <= d3 {
+            return -bp;
+        }
+        let vc = d1 * d4 - d3 * d2;
+        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+            return ab * (d1 / (d1 - d3)) - ap;
+        }
+        let cp = ap - ac;
+        let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+        if d6 >= 0.0 && d5 <= d6 {
+            return -cp;
+        }
+        let vb = d5 * d2 - d1 * d6;
+        if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+            return ac * (d2 / (d2 - d6)) - ap;
+        }
+        let va = d3 * d6 - d5 * d4;
+        let (along_b, along_c) = (d4 - d3, d5 - d6);
+        if va <= 0.0 && along_b >= 0.0 && along_c >= 0.0 {
+            return (ac - ab) * (along_b / (along_b + along_c)) - bp;
+        }
+        let scale = 1.0 / (va + vb + vc);
+        ab * (vb * scale) + ac * (vc * scale) - ap
+    }
+
+    #[inline(never)]
+    fn offset_from_sliver(&self, ap: DVec3) -> DVec3 {
+        let (ab, ac) = (self.ab, self.ac);
+        let edges = [
+            offset_to_segment(ap, ab),
+            offset_to_segment(ap, ac),
+            offset_to_segment(ap - ab, ac - ab),
+        ];
+        let candidates = edges.into_iter().chain(self.offset_to_inside(ap));
+        candidates.fold(DVec3::INFINITY, |best, offset| {
+            if offset.length_squared() < best.length_squared() { offset } else { best }
+        })
+    }
+
+    /// To the foot of the perpendicular, where that lies inside the face.
+    fn offset_to_inside(&self, ap: DVec3) -> Option<DVec3> {
+        let (ab, ac) = (self.ab, self.ac);
+        let n = ab.cross(ac);
+        let scale = 1.0 / n.length_squared();
+        let (mut v, mut w, mut rest) = (0.0, 0.0, ap);
+        // The second round takes up what rounding left in the plane after the first.
+        for _ in 0..2 {
+            v += rest.cross(ac).dot(n) * scale;
+            w += ab.cross(rest).dot(n) * scale;
+            rest = ap - ab * v - ac * w;
+        }
+        (v >= 0.0 && w >= 0.0 && v + w <= 1.0).then_some(-rest)
+    }
+}
+
+/// From a point, given relative to the segment's start, to the closest point of the segment.
+fn offset_to_segment(from_start: DVec3, segment: DVec3) -> DVec3 {
+    let along = segment.dot(from_start);
+    let whole = segment.length_squared();
+    if along <= 0.0 || whole == 0.0 {
+        -from_start
+    } else if along >= whole {
+        segment - from_start
+    } else {
+        segment * (along / whole) - from_start
+    }
+}
