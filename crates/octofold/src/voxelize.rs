@@ -12,6 +12,7 @@ use crate::radix::{self, Equal};
 use crate::run::{Cancelled, Finding, Run};
 use crate::scan::{self, Facet, Lines};
 use crate::spans::Spans;
+use crate::volume::{Region, Volume};
 use rustc_hash::FxHashMap;
 
 /// How fine the grid is.
@@ -163,6 +164,9 @@ pub(crate) fn block_of(facets: usize) -> usize {
     (facets / 256).clamp(1, 4096)
 }
 
+/// Samples of the winding number this far from one half tell the side of a whole octant.
+const CLEAR: f64 = 0.125;
+
 /// Bits of a cell index along a row, of one more than the last cell too.
 const X_BITS: u32 = 17;
 
@@ -173,30 +177,44 @@ fn solid_by_rows(
     run: &Run,
 ) -> Result<Spans, Cancelled> {
     run.stage("cross rows");
-    let rows = u64::from(lattice.cells()[1]);
-    let crossings = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
-        let mut keys = Vec::new();
+    let borders = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
+        let mut borders = Vec::new();
         for facet in &facets[block] {
             scan::crossings(facet, lattice.sub_bits(), 0, Lines::Centres, |c| {
-                let row = u64::from(c.row[1]) * rows + u64::from(c.row[0]);
-                let x = u64::from(c.first_centre());
-                keys.push((row << X_BITS | x) << 1 | u64::from(c.leaving));
+                borders.push(border(lattice, [c.first_centre(), c.row[0], c.row[1]], c.leaving));
             });
         }
-        keys
+        borders
     })?;
-    run.stage("sort crossings");
-    let shares = radix::sort(crossings, X_BITS + 1, Equal::Keep);
-    run.check()?;
+    fill_rows(lattice, borders, inside, run)
+}
+
+/// The place in front of cell `[x, y, z]` where its row enters or leaves the solid, as one number
+/// that sorts by row and place.
+fn border(lattice: &Lattice, cell: [u32; 3], leaving: bool) -> u64 {
+    row_major(lattice, cell) << 1 | u64::from(leaving)
+}
+
+/// Fills rows between borders, wherever `inside(winding, odd)` holds for the number of borders
+/// passed.
+fn fill_rows(
+    lattice: &Lattice,
+    borders: Vec<Vec<u64>>,
+    inside: impl Fn(i32, bool) -> bool + Sync,
+    run: &Run,
+) -> Result<Spans, Cancelled> {
     run.stage("fill rows");
+    let shares = radix::sort(borders, X_BITS + 1, Equal::Keep);
+    run.check()?;
+    let rows = u64::from(lattice.cells()[1]);
     let runs = par::map(&shares, |share| {
         let mut runs = Vec::new();
         for row in share.chunk_by(|a, b| a >> (X_BITS + 1) == b >> (X_BITS + 1)) {
             let (mut winding, mut odd, mut start) = (0, false, None);
             let name = row[0] >> (X_BITS + 1);
             for place in row.chunk_by(|a, b| a >> 1 == b >> 1) {
-                for crossing in place {
-                    winding += if crossing & 1 == 0 { 1 } else { -1 };
+                for border in place {
+                    winding += if border & 1 == 0 { 1 } else { -1 };
                     odd = !odd;
                 }
                 let x = (place[0] >> 1) as u32 & ((1 << X_BITS) - 1);
@@ -212,7 +230,6 @@ fn solid_by_rows(
         }
         runs
     });
-    drop(shares);
     run.check()?;
     Ok(gather(lattice, runs))
 }
@@ -245,33 +262,31 @@ fn solid_by_winding(
     let column = 16u32;
     let columns = [cells[1].div_ceil(column), cells[2].div_ceil(column)];
     let count = (columns[0] * columns[1]) as usize;
-    let parts = par::blocks(run, count, 1, |block| {
-        let mut found = Vec::new();
+    let borders = par::blocks(run, count, 1, |block| {
+        let mut borders = Vec::new();
+        let mut fill = |[x, y, z]: [u32; 3], length: u32| {
+            borders.push(border(lattice, [x, y, z], false));
+            borders.push(border(lattice, [x + length, y, z], true));
+        };
         for c in block {
             let (y, z) = (c as u32 % columns[0] * column, c as u32 / columns[0] * column);
             for x in (0..cells[0]).step_by(column as usize) {
-                fill_octant([x, y, z], column, cells, &surface, &at, &mut found);
+                fill_octant([x, y, z], column, cells, &surface, &at, &mut fill);
             }
         }
-        found
+        borders
     })?;
-    let rows = u64::from(cells[1]);
-    let keys = par::map(&parts, |part| {
-        part.iter()
-            .map(|&[x, y, z]| (u64::from(z) * rows + u64::from(y)) << X_BITS | u64::from(x))
-            .collect()
-    });
-    Ok(from_cells(lattice, keys))
+    fill_rows(lattice, borders, |w, _| w != 0, run)
 }
 
-/// Adds the inside cells of one octant.
+/// Calls `fill` with the first cell and the length of the runs of inside cells in one octant.
 fn fill_octant(
     low: [u32; 3],
     size: u32,
     cells: [u32; 3],
     surface: &Spans,
     at: &impl Fn([u32; 3]) -> f64,
-    found: &mut Vec<[u32; 3]>,
+    fill: &mut impl FnMut([u32; 3], u32),
 ) {
     let high: [u32; 3] = std::array::from_fn(|a| (low[a] + size).min(cells[a]));
     if (0..3).any(|a| low[a] >= high[a]) {
@@ -279,14 +294,12 @@ fn fill_octant(
     }
     if size == 1 {
         if at(low).abs() >= 0.5 {
-            found.push(low);
+            fill(low, 1);
         }
         return;
     }
-    let region =
-        crate::volume::Region { start: low.map(|i| i as usize), end: high.map(|i| i as usize) };
-    let empty = crate::Volume::bounds(surface, region) == Some([0.0, 0.0]);
-    if empty {
+    let region = Region { start: low.map(|i| i as usize), end: high.map(|i| i as usize) };
+    if surface.bounds(region) == Some([0.0, 0.0]) {
         let samples = (0..9).map(|c| {
             at(std::array::from_fn(|a| match c {
                 8 => (low[a] + high[a]) / 2,
@@ -296,22 +309,19 @@ fn fill_octant(
             .abs()
         });
         let (least, most) = samples.fold((f64::MAX, 0.0f64), |(l, m), w| (l.min(w), m.max(w)));
-        const CLEAR: f64 = 0.125;
         if most < 0.5 - CLEAR {
             return;
         }
         if least > 0.5 + CLEAR {
             for z in low[2]..high[2] {
-                for y in low[1]..high[1] {
-                    found.extend((low[0]..high[0]).map(|x| [x, y, z]));
-                }
+                (low[1]..high[1]).for_each(|y| fill([low[0], y, z], high[0] - low[0]));
             }
             return;
         }
     }
     for octant in 0..8 {
         let child = std::array::from_fn(|a| low[a] + (octant >> a & 1) * size / 2);
-        fill_octant(child, size / 2, cells, surface, at, found);
+        fill_octant(child, size / 2, cells, surface, at, fill);
     }
 }
 
@@ -388,7 +398,6 @@ fn from_cells(lattice: &Lattice, keys: Vec<Vec<u64>>) -> Spans {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Volume;
 
     /// A box with outward triangles.
     fn cuboid(low: [f64; 3], high: [f64; 3]) -> Mesh {
