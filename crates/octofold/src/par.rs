@@ -46,26 +46,31 @@ pub fn join<A: Send, B: Send>(
     rayon::join(a, b)
 }
 
-/// Puts `parts` one after the other, each item through `map`, which is told its part.
-pub fn concat<T, U>(parts: &[Vec<T>], map: impl Fn(usize, &T) -> U + Sync) -> Vec<U>
-where
-    T: Sync,
-    U: bytemuck::Zeroable + Send + Clone,
-{
-    let total = parts.iter().map(Vec::len).sum();
-    // Zeroed memory is first touched by the thread that fills it.
-    let mut all: Vec<U> = bytemuck::zeroed_vec(total);
-    let mut rest = all.as_mut_slice();
-    let mut targets = Vec::with_capacity(parts.len());
-    for part in parts {
-        let (target, after) = rest.split_at_mut(part.len());
-        targets.push(target);
-        rest = after;
+/// Runs `work` on each of `tasks`, which it consumes, with the task's number.
+pub fn consume<T: Send, E: Send + From<Cancelled>>(
+    run: &Run,
+    tasks: Vec<T>,
+    work: impl Fn(usize, T) -> Result<(), E> + Sync,
+) -> Result<(), E> {
+    let total = tasks.len() as u64;
+    let done = AtomicU64::new(0);
+    tasks.into_par_iter().enumerate().try_for_each(|(number, task)| {
+        run.check()?;
+        work(number, task)?;
+        run.progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        Ok(())
+    })
+}
+
+/// Cuts `items` into parts of the given lengths, for [`consume`].
+pub fn split<T>(mut items: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    let mut parts = Vec::new();
+    for length in lengths {
+        let (part, rest) = items.split_at_mut(length);
+        parts.push(part);
+        items = rest;
     }
-    targets.into_par_iter().zip(parts).enumerate().for_each(|(i, (target, part))| {
-        target.iter_mut().zip(part).for_each(|(to, from)| *to = map(i, from));
-    });
-    all
+    parts
 }
 
 /// Sorts items whose order is total: equal items cannot be told apart.

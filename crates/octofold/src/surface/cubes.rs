@@ -1,10 +1,11 @@
 //! Marching cubes, streamed over slabs of samples.
 //!
 //! Rows of samples become rows of bits; all that follows (mixed cells, crossings, the number of
-//! every vertex) is read off whole words. A slab of layers is one unit of parallel work and holds
-//! two layers of bits at a time. Vertices are numbered in the order in which a slab meets them,
-//! layer by layer; the vertices on a slab's last layer are the first of the next slab, so slabs
-//! join by adding offsets and the result is the same for any number of threads.
+//! every vertex) is read off whole words. A slab of layers is one unit of parallel work. A first
+//! pass packs and counts, so that the mesh is allocated once and at its size; a second one writes
+//! each slab's points and triangles where they belong. Vertices are numbered in the order in which
+//! a slab meets them, layer by layer; the vertices on a slab's last layer are the first of the next
+//! slab, so no slab waits for another and the result is the same for any number of threads.
 //!
 //! Source: Lorensen and Cline 1987; edge-based numbering after Schroeder, Maynard, Geveci 2015
 //! (Flying Edges), here with bits in place of edge cases.
@@ -19,9 +20,13 @@ use crate::par;
 use crate::run::Run;
 use crate::volume::{Placement, Region, Scalar, Volume, VolumeError};
 use crate::with_samples;
+use std::ops::Range;
 
 /// Layers of cells in one unit of work.
 const SLAB: usize = 32;
+
+/// Bytes of bits that the first pass keeps for the second; slabs beyond are read again.
+const KEPT_BYTES: usize = 256 << 20;
 
 /// Least distance of a vertex from the ends of its edge, as a share of the edge.
 const MARGIN: f64 = 1.0 / 1024.0;
@@ -55,61 +60,84 @@ pub fn marching_cubes(
     options: &CubesOptions,
     run: &Run,
 ) -> Result<Mesh, VolumeError> {
-    let frame = Frame::new(volume, options.open);
-    let slabs = par::blocks(run, frame.cells(2), SLAB, |layers| {
-        let last = layers.end == frame.cells(2);
-        let real = frame.real_layers(layers.start, layers.end + 1);
-        let block = volume.read(Region {
-            start: [0, 0, real.start],
-            end: [frame.dims[0], frame.dims[1], real.end],
-        })?;
-        Ok(with_samples!(&block, samples => {
-            Slab::new(&frame, options, volume.is_binary(), samples, real.start)
-                .march(layers, last)
-        }))
+    let frame = Frame::new(volume, options);
+    let layers = frame.cells(2);
+    run.stage("count");
+    let per_slab = (SLAB + 1) * frame.points(1) * frame.words() * size_of::<u64>();
+    let kept = KEPT_BYTES / per_slab.max(1);
+    let slabs = par::blocks(run, layers, SLAB, |range| {
+        let keep = range.start / SLAB < kept;
+        let slab = frame.slab(volume, range)?;
+        Ok((slab.points, slab.triangles, keep.then_some(slab)))
     })?;
     let slabs = slabs.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
-    join(slabs, volume.placement())
-}
-
-/// Adds up the slabs' numbers and puts their parts one after the other.
-fn join(slabs: Vec<Part>, placement: Placement) -> Result<Mesh, VolumeError> {
     let mut starts = Vec::with_capacity(slabs.len());
-    let mut total = 0u32;
+    let (mut points, mut triangles) = (0, 0);
     for slab in &slabs {
-        starts.push(total);
-        let count = u32::try_from(slab.points.len()).ok();
-        let sum = count.and_then(|n| total.checked_add(n));
-        total = sum.filter(|&t| t < u32::MAX).ok_or(VolumeError::TooManyPoints)?;
+        starts.push(points as u32);
+        points += slab.0;
+        triangles += slab.1;
     }
-    let (points, triangles): (Vec<_>, Vec<_>) =
-        slabs.into_iter().map(|s| (s.points, s.triangles)).unzip();
-    Ok(Mesh {
-        points: par::concat(&points, |_, &p| p),
-        triangles: par::concat(&triangles, |slab, t| t.map(|p| p + starts[slab])),
-        unit: placement.unit,
+    if points >= u32::MAX as usize {
+        return Err(VolumeError::TooManyPoints);
+    }
+    // Zeroed memory is first touched by the thread that fills it.
+    let mut mesh = Mesh {
+        points: bytemuck::zeroed_vec(points),
+        triangles: bytemuck::zeroed_vec(triangles),
+        unit: frame.placement.unit,
         ..Mesh::default()
-    })
+    };
+    let points = par::split(&mut mesh.points, slabs.iter().map(|s| s.0));
+    let triangles = par::split(&mut mesh.triangles, slabs.iter().map(|s| s.1));
+    let work: Vec<_> = slabs.into_iter().zip(starts).zip(points).zip(triangles).collect();
+    run.stage("march");
+    par::consume(run, work, |number, ((((_, _, slab), start), points), triangles)| {
+        let range = number * SLAB..((number + 1) * SLAB).min(layers);
+        let slab = slab.map_or_else(|| frame.slab(volume, range), Ok)?;
+        March {
+            frame: &frame,
+            slab: &slab,
+            points,
+            triangles,
+            start,
+            made: 0,
+            next: start,
+            placed: 0,
+        }
+        .all();
+        Ok::<(), VolumeError>(())
+    })?;
+    Ok(mesh)
 }
 
 /// The lattice of samples with its optional ring of outside samples.
-struct Frame {
+struct Frame<'a> {
+    options: &'a CubesOptions,
     /// Real samples.
     dims: [usize; 3],
     /// 1 where a ring of outside samples closes the border, else 0.
     pad: usize,
     placement: Placement,
+    binary: bool,
     patches: [Patch; 256],
 }
 
-impl Frame {
-    fn new(volume: &dyn Volume, open: bool) -> Self {
+impl<'a> Frame<'a> {
+    fn new(volume: &dyn Volume, options: &'a CubesOptions) -> Self {
         let placement = volume.placement();
         let mut patches = *PATCHES;
         if placement.determinant() < 0.0 {
             patches.iter_mut().for_each(Patch::reverse);
         }
-        Self { dims: volume.dims(), pad: usize::from(!open), placement, patches }
+        Self {
+            options,
+            dims: volume.dims(),
+            pad: usize::from(!options.open),
+            placement,
+            binary: volume.is_binary(),
+            patches,
+        }
     }
 
     /// Lattice points along `axis`, ring included.
@@ -117,9 +145,14 @@ impl Frame {
         self.dims[axis] + 2 * self.pad
     }
 
+    /// Words in a row of lattice points.
+    fn words(&self) -> usize {
+        bits::words(self.points(0))
+    }
+
     /// Cells along `axis`.
     fn cells(&self, axis: usize) -> usize {
-        if self.dims.contains(&0) { 0 } else { self.points(axis).saturating_sub(1) }
+        if self.dims.contains(&0) { 0 } else { self.points(axis) - 1 }
     }
 
     /// The real sample behind lattice index `i`; `None` in the ring.
@@ -127,238 +160,301 @@ impl Frame {
         i.checked_sub(self.pad).filter(|&r| r < self.dims[axis])
     }
 
-    /// Real layers behind lattice layers `start..end`.
-    fn real_layers(&self, start: usize, end: usize) -> std::ops::Range<usize> {
-        start.saturating_sub(self.pad)..(end - self.pad).min(self.dims[2])
-    }
-}
-
-/// What one slab gives: points, and triangles on them and on the first points of the next slab.
-#[derive(Default)]
-struct Part {
-    points: Vec<[f64; 3]>,
-    triangles: Vec<[u32; 3]>,
-}
-
-/// One layer of lattice points: its bits, and the number of the first vertex on each row's edges.
-struct Layer {
-    bits: Vec<u64>,
-    first_x: Vec<u32>,
-    first_y: Vec<u32>,
-}
-
-impl Layer {
-    fn row(&self, y: usize, words: usize) -> &[u64] {
-        &self.bits[y * words..(y + 1) * words]
-    }
-}
-
-struct Slab<'a, T> {
-    frame: &'a Frame,
-    samples: &'a [T],
-    /// The real layer that `samples` begins with.
-    first_layer: usize,
-    threshold: Option<T>,
-    options: &'a CubesOptions,
-    binary: bool,
-    words: usize,
-    part: Part,
-    /// Number of the next vertex; runs on past `part.points` on the next slab's first layer.
-    next: u32,
-}
-
-impl<'a, T: Scalar> Slab<'a, T> {
-    fn new(
-        frame: &'a Frame,
-        options: &'a CubesOptions,
-        binary: bool,
-        samples: &'a [T],
-        first_layer: usize,
-    ) -> Self {
-        let iso = if binary { 0.5 } else { options.iso };
-        Self {
-            frame,
-            samples,
-            first_layer,
-            threshold: bits::at_least(iso),
-            options,
-            binary,
-            words: bits::words(frame.points(0)),
-            part: Part::default(),
-            next: 0,
-        }
-    }
-
-    fn march(mut self, layers: std::ops::Range<usize>, last: bool) -> Part {
-        let rows = self.frame.points(1);
-        let new = || Layer {
-            bits: vec![0; rows * self.words],
-            first_x: vec![0; rows],
-            first_y: vec![0; rows],
-        };
-        let (mut low, mut high) = (new(), new());
-        let mut first_z = vec![0; rows];
-        self.pack(layers.start, &mut low.bits);
-        self.number_layer(layers.start, &mut low, true);
-        for z in layers.clone() {
-            self.pack(z + 1, &mut high.bits);
-            self.number_verticals(z, &low, &high, &mut first_z);
-            let own = z + 1 < layers.end || last;
-            self.number_layer(z + 1, &mut high, own);
-            for y in 0..self.frame.cells(1) {
-                self.cells(y, &low, &high, &first_z);
+    /// Reads the samples of a range of cell layers and makes their slab.
+    fn slab(&self, volume: &dyn Volume, layers: Range<usize>) -> Result<Slab, VolumeError> {
+        let first = layers.start.saturating_sub(self.pad);
+        let end = (layers.end + 1 - self.pad).min(self.dims[2]);
+        let block =
+            volume.read(Region { start: [0, 0, first], end: [self.dims[0], self.dims[1], end] })?;
+        Ok(with_samples!(&block, samples => {
+            let bits = self.pack(samples, first, &layers);
+            let mut slab = Slab {
+                rows: self.points(1),
+                cells: self.cells(0),
+                top: self.cells(2),
+                layers,
+                bits,
+                shares: Vec::new(),
+                points: 0,
+                triangles: 0,
+            };
+            slab.count(&self.patches);
+            if !self.binary {
+                slab.shares = self.shares(&slab, samples, first);
             }
-            std::mem::swap(&mut low, &mut high);
-        }
-        self.part
+            slab
+        }))
     }
 
-    /// Packs lattice layer `z`.
-    fn pack(&self, z: usize, layer: &mut [u64]) {
-        let (frame, words) = (self.frame, self.words);
-        let Some(z) = frame.real(z, 2) else {
-            return layer.fill(0);
-        };
-        for (y, row) in layer.chunks_exact_mut(words).enumerate() {
-            let Some(y) = frame.real(y, 1) else {
-                row.fill(0);
+    /// Where the isosurface cuts each crossed edge, as a share of the edge from its low end.
+    fn shares<T: Scalar>(&self, slab: &Slab, samples: &[T], first: usize) -> Vec<f32> {
+        let [nx, ny, _] = self.dims;
+        let iso = self.options.iso;
+        let mut shares = Vec::with_capacity(slab.points);
+        slab.own_edges(|axis, y, z, word, crossed| {
+            let mut high = [y, z];
+            if let Some(other) = axis.checked_sub(1) {
+                high[other] += 1;
+            }
+            // First sample of a lattice row; `None` in the ring.
+            let row = |y: usize, z: usize| {
+                Some(((self.real(z, 2)? - first) * ny + self.real(y, 1)?) * nx)
+            };
+            let (low, high) = (row(y, z), row(high[0], high[1]));
+            let step = usize::from(axis == 0);
+            bits::ones(crossed, |bit| {
+                let x = 64 * word + bit;
+                let value = |row: Option<usize>, x| Some(samples[row? + self.real(x, 0)?].to_f64());
+                shares.push(match (value(low, x), value(high, x + step)) {
+                    (Some(a), Some(b)) => {
+                        let share = (iso - a) / (b - a);
+                        // Not a number where a sample is not one.
+                        if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) as f32 }
+                    }
+                    _ => 0.5,
+                });
+            });
+        });
+        shares
+    }
+
+    /// The bits of lattice layers `layers.start..=layers.end`; `samples` begin with layer `first`.
+    fn pack<T: Scalar>(&self, samples: &[T], first: usize, layers: &Range<usize>) -> Vec<u64> {
+        let [nx, ny, _] = self.dims;
+        let (rows, words) = (self.points(1), self.words());
+        let iso = if self.binary { 0.5 } else { self.options.iso };
+        let threshold = bits::at_least::<T>(iso);
+        let mut packed = vec![0; (layers.len() + 1) * rows * words];
+        for (r, row) in packed.chunks_exact_mut(words).enumerate() {
+            let (Some(y), Some(z)) =
+                (self.real(r % rows, 1), self.real(layers.start + r / rows, 2))
+            else {
                 continue;
             };
-            let first = self.sample(0, y, z);
-            let samples = &self.samples[first..first + frame.dims[0]];
+            let start = ((z - first) * ny + y) * nx;
+            let samples = &samples[start..start + nx];
             // Samples that are not a number are outside in every case.
-            match (self.options.inside, self.threshold) {
-                (Inside::Above, Some(t)) => bits::pack(samples, |s| s >= t, frame.pad, row),
-                (Inside::Above, None) => row.fill(0),
-                (Inside::Below, Some(t)) => bits::pack(samples, |s| s < t, frame.pad, row),
+            match (self.options.inside, threshold) {
+                (Inside::Above, Some(t)) => bits::pack(samples, |s| s >= t, self.pad, row),
+                (Inside::Above, None) => {}
+                (Inside::Below, Some(t)) => bits::pack(samples, |s| s < t, self.pad, row),
                 (Inside::Below, None) => {
-                    bits::pack(samples, |s| !s.to_f64().is_nan(), frame.pad, row);
+                    bits::pack(samples, |s| !s.to_f64().is_nan(), self.pad, row);
+                }
+            }
+        }
+        packed
+    }
+}
+
+/// A range of cell layers, with all that is needed to mesh it without its samples.
+struct Slab {
+    /// Rows of lattice points in a layer.
+    rows: usize,
+    /// Cells in a row.
+    cells: usize,
+    /// The last lattice layer of all.
+    top: usize,
+    layers: Range<usize>,
+    /// Inside bits of lattice layers `layers.start..=layers.end`.
+    bits: Vec<u64>,
+    /// For each own vertex, its place on its edge; empty where all are in the middle.
+    shares: Vec<f32>,
+    points: usize,
+    triangles: usize,
+}
+
+impl Slab {
+    fn row(&self, y: usize, z: usize) -> &[u64] {
+        let words = self.bits.len() / ((self.layers.len() + 1) * self.rows);
+        let row = (z - self.layers.start) * self.rows + y;
+        &self.bits[row * words..(row + 1) * words]
+    }
+
+    /// Whether the slab makes the vertices on the x and y edges of lattice layer `z`; those on its
+    /// last layer are the next slab's.
+    fn owns(&self, z: usize) -> bool {
+        z < self.layers.end || z == self.top
+    }
+
+    fn count(&mut self, patches: &[Patch; 256]) {
+        let (mut points, mut triangles) = (0, 0);
+        self.own_edges(|_, _, _, _, crossed| points += crossed.count_ones() as usize);
+        for z in self.layers.clone() {
+            for y in 0..self.rows - 1 {
+                self.mixed(y, z, |mask| triangles += patches[mask].triangles().len());
+            }
+        }
+        (self.points, self.triangles) = (points, triangles);
+    }
+
+    /// Calls `visit` with axis, row, layer, word and bits of all own crossed edges, in the order
+    /// of their vertices.
+    fn own_edges(&self, mut visit: impl FnMut(usize, usize, usize, usize, u64)) {
+        for z in self.layers.start..=self.layers.end {
+            if self.owns(z) {
+                for y in 0..self.rows {
+                    for axis in 0..2 {
+                        self.crossed(axis, y, z, |word, bits| visit(axis, y, z, word, bits));
+                    }
+                }
+            }
+            if z < self.layers.end {
+                for y in 0..self.rows {
+                    self.crossed(2, y, z, |word, bits| visit(2, y, z, word, bits));
                 }
             }
         }
     }
 
-    fn sample(&self, x: usize, y: usize, z: usize) -> usize {
-        ((z - self.first_layer) * self.frame.dims[1] + y) * self.frame.dims[0] + x
-    }
-
-    /// Numbers the vertices on the x and y edges of layer `z`, and makes those that are `own`.
-    fn number_layer(&mut self, z: usize, layer: &mut Layer, own: bool) {
-        let (rows, words) = (self.frame.points(1), self.words);
-        for y in 0..rows {
-            layer.first_x[y] = self.next;
-            for w in 0..words {
-                let row = layer.row(y, words);
-                let crossed = (row[w] ^ bits::next(row, w)) & bits::below(self.frame.cells(0), w);
-                self.make(crossed, w, y, z, 0, own);
-            }
-            layer.first_y[y] = self.next;
-            if y + 1 < rows {
-                for w in 0..words {
-                    let crossed = layer.row(y, words)[w] ^ layer.row(y + 1, words)[w];
-                    self.make(crossed, w, y, z, 1, own);
-                }
-            }
-        }
-    }
-
-    /// Numbers and makes the vertices on the z edges between two layers.
-    fn number_verticals(&mut self, z: usize, low: &Layer, high: &Layer, first_z: &mut [u32]) {
-        let words = self.words;
-        for y in 0..self.frame.points(1) {
-            first_z[y] = self.next;
-            for w in 0..words {
-                self.make(low.bits[y * words + w] ^ high.bits[y * words + w], w, y, z, 2, true);
-            }
-        }
-    }
-
-    /// Makes a vertex for every set bit of `crossed`.
-    fn make(&mut self, crossed: u64, word: usize, y: usize, z: usize, axis: usize, own: bool) {
-        if crossed == 0 {
-            return;
-        }
-        self.next += crossed.count_ones();
-        if own {
-            bits::ones(crossed, |bit| {
-                let point = self.vertex([64 * word + bit, y, z], axis);
-                self.part.points.push(point);
-            });
-        }
-    }
-
-    /// World position of the crossing on the lattice edge that leaves `low` along `axis`.
-    fn vertex(&self, low: [usize; 3], axis: usize) -> [f64; 3] {
-        let mut high = low;
-        high[axis] += 1;
-        let share = match (self.value(low), self.value(high)) {
-            (Some(a), Some(b)) if !self.binary => {
-                let t = (self.options.iso - a) / (b - a);
-                // Not a number where a sample is not one.
-                if t.is_nan() { 0.5 } else { t.clamp(MARGIN, 1.0 - MARGIN) }
-            }
-            _ => 0.5,
+    /// Calls `visit` with each word of edges along `axis` that leave row `y` of layer `z` and
+    /// are crossed somewhere: its place in the row, and a bit for every crossed edge.
+    fn crossed(&self, axis: usize, y: usize, z: usize, mut visit: impl FnMut(usize, u64)) {
+        let row = self.row(y, z);
+        let other = match axis {
+            1 if y + 1 == self.rows => return,
+            1 => self.row(y + 1, z),
+            2 => self.row(y, z + 1),
+            _ => row,
         };
-        let pad = self.frame.pad as f64;
-        let mut index = low.map(|i| i as f64 - pad);
-        index[axis] += share;
-        self.frame.placement.place(index)
+        for w in 0..row.len() {
+            let crossed = if axis == 0 {
+                (row[w] ^ bits::next(row, w)) & bits::below(self.cells, w)
+            } else {
+                row[w] ^ other[w]
+            };
+            if crossed != 0 {
+                visit(w, crossed);
+            }
+        }
     }
 
-    /// The sample at a lattice point; `None` in the ring.
-    fn value(&self, [x, y, z]: [usize; 3]) -> Option<f64> {
-        let f = self.frame;
-        let at = self.sample(f.real(x, 0)?, f.real(y, 1)?, f.real(z, 2)?);
-        Some(self.samples[at].to_f64())
-    }
-
-    /// Makes the triangles of the mixed cells in row `y` between two layers.
-    fn cells(&mut self, y: usize, low: &Layer, high: &Layer, first_z: &[u32]) {
-        let words = self.words;
-        let rows =
-            [low.row(y, words), low.row(y + 1, words), high.row(y, words), high.row(y + 1, words)];
-        // Number of the next vertex on each of the eight rows of edges beside the cells.
-        let mut next_x = [low.first_x[y], low.first_x[y + 1], high.first_x[y], high.first_x[y + 1]];
-        let mut next_y = [low.first_y[y], high.first_y[y]];
-        let mut next_z = [first_z[y], first_z[y + 1]];
-        for w in 0..words {
+    /// Calls `visit` with the mask of each mixed cell in row `y` above layer `z`.
+    fn mixed(&self, y: usize, z: usize, mut visit: impl FnMut(usize)) {
+        let rows = [self.row(y, z), self.row(y + 1, z), self.row(y, z + 1), self.row(y + 1, z + 1)];
+        for w in 0..rows[0].len() {
             let here = rows.map(|r| r[w]);
             let beside = rows.map(|r| bits::next(r, w));
             let any = here.iter().chain(&beside).fold(0, |a, b| a | b);
             let all = here.iter().chain(&beside).fold(!0, |a, b| a & b);
-            let mixed = any & !all & bits::below(self.frame.cells(0), w);
-            bits::ones(mixed, |bit| {
-                let mask = (0..4).fold(0, |m, r| {
+            bits::ones(any & !all & bits::below(self.cells, w), |bit| {
+                visit((0..4).fold(0, |m, r| {
                     m | (here[r] >> bit & 1) << (2 * r) | (beside[r] >> bit & 1) << (2 * r + 1)
-                }) as usize;
-                let differ = |a: usize, b: usize| ((mask >> a ^ mask >> b) & 1) as u32;
-                let on_y = [differ(0, 2), differ(4, 6)];
-                let on_z = [differ(0, 4), differ(2, 6)];
-                let ids = [
-                    next_x[0],
-                    next_x[1],
-                    next_x[2],
-                    next_x[3],
-                    next_y[0],
-                    next_y[0] + on_y[0],
-                    next_y[1],
-                    next_y[1] + on_y[1],
-                    next_z[0],
-                    next_z[0] + on_z[0],
-                    next_z[1],
-                    next_z[1] + on_z[1],
-                ];
-                for r in 0..4 {
-                    next_x[r] += differ(2 * r, 2 * r + 1);
-                }
-                for r in 0..2 {
-                    next_y[r] += on_y[r];
-                    next_z[r] += on_z[r];
-                }
-                let triangles = self.frame.patches[mask].triangles();
-                self.part.triangles.extend(triangles.iter().map(|t| t.map(|e| ids[e as usize])));
+                }) as usize);
             });
         }
+    }
+}
+
+/// The second pass over one slab: where it writes, and how far it has come.
+struct March<'a> {
+    frame: &'a Frame<'a>,
+    slab: &'a Slab,
+    points: &'a mut [[f64; 3]],
+    triangles: &'a mut [[u32; 3]],
+    /// Number of the slab's first vertex.
+    start: u32,
+    /// Points written.
+    made: usize,
+    /// Number of the next vertex; runs on past the own points on the next slab's first layer.
+    next: u32,
+    /// Triangles written.
+    placed: usize,
+}
+
+/// The number of the first vertex on each row of x and y edges of a layer.
+struct Numbers {
+    x: Vec<u32>,
+    y: Vec<u32>,
+}
+
+impl March<'_> {
+    fn all(mut self) {
+        let slab = self.slab;
+        let new = || Numbers { x: vec![0; slab.rows], y: vec![0; slab.rows] };
+        let (mut low, mut high) = (new(), new());
+        let mut vertical = vec![0; slab.rows];
+        self.number_layer(slab.layers.start, &mut low);
+        for z in slab.layers.clone() {
+            for y in 0..slab.rows {
+                vertical[y] = self.next;
+                slab.crossed(2, y, z, |w, crossed| self.make(crossed, 2, [w, y, z]));
+            }
+            self.number_layer(z + 1, &mut high);
+            for y in 0..slab.rows - 1 {
+                self.place(y, z, [&low, &high], &vertical);
+            }
+            std::mem::swap(&mut low, &mut high);
+        }
+    }
+
+    /// Numbers the vertices on the x and y edges of layer `z`, and makes those that are own.
+    fn number_layer(&mut self, z: usize, numbers: &mut Numbers) {
+        let slab = self.slab;
+        for y in 0..slab.rows {
+            for axis in 0..2 {
+                let first = if axis == 0 { &mut numbers.x[y] } else { &mut numbers.y[y] };
+                *first = self.next;
+                slab.crossed(axis, y, z, |w, crossed| {
+                    if slab.owns(z) {
+                        self.make(crossed, axis, [w, y, z]);
+                    } else {
+                        self.next += crossed.count_ones();
+                    }
+                });
+            }
+        }
+    }
+
+    /// Makes a vertex for every set bit of a word of crossed edges along `axis`.
+    fn make(&mut self, crossed: u64, axis: usize, [w, y, z]: [usize; 3]) {
+        let pad = self.frame.pad as f64;
+        bits::ones(crossed, |bit| {
+            let mut index = [64 * w + bit, y, z].map(|i| i as f64 - pad);
+            index[axis] += self.slab.shares.get(self.made).map_or(0.5, |&s| f64::from(s));
+            self.points[self.made] = self.frame.placement.place(index);
+            self.made += 1;
+        });
+        self.next = self.start + self.made as u32;
+    }
+
+    /// Places the triangles of row `y` of cells above layer `z`.
+    fn place(&mut self, y: usize, z: usize, [low, high]: [&Numbers; 2], vertical: &[u32]) {
+        // Number of the next vertex on each of the eight rows of edges beside the cells. Between
+        // mixed cells no edge is crossed, so the numbers stand still there.
+        let mut next_x = [low.x[y], low.x[y + 1], high.x[y], high.x[y + 1]];
+        let mut next_y = [low.y[y], high.y[y]];
+        let mut next_z = [vertical[y], vertical[y + 1]];
+        self.slab.mixed(y, z, |mask| {
+            let differ = |a: usize, b: usize| ((mask >> a ^ mask >> b) & 1) as u32;
+            let on_y = [differ(0, 2), differ(4, 6)];
+            let on_z = [differ(0, 4), differ(2, 6)];
+            let ids = [
+                next_x[0],
+                next_x[1],
+                next_x[2],
+                next_x[3],
+                next_y[0],
+                next_y[0] + on_y[0],
+                next_y[1],
+                next_y[1] + on_y[1],
+                next_z[0],
+                next_z[0] + on_z[0],
+                next_z[1],
+                next_z[1] + on_z[1],
+            ];
+            for r in 0..4 {
+                next_x[r] += differ(2 * r, 2 * r + 1);
+            }
+            for r in 0..2 {
+                next_y[r] += on_y[r];
+                next_z[r] += on_z[r];
+            }
+            for t in self.frame.patches[mask].triangles() {
+                self.triangles[self.placed] = t.map(|e| ids[e as usize]);
+                self.placed += 1;
+            }
+        });
     }
 }
 
