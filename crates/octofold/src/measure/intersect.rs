@@ -91,3 +91,78 @@ fn facing(corners: [Point; 3], own: [bool; 3], odd: bool) -> [Point; 2] {
 fn apex(corners: [Point; 3], own: [bool; 3]) -> Point {
     corners[(0..3).find(|&i| own[i]).unwrap_or(0)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exact::oracle;
+    use proptest::prelude::*;
+
+    /// All pairs, in integers; `points` are whole numbers.
+    fn pairs_by_brute_force(points: &[Point], triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+        let mut pairs = Vec::new();
+        for b in 0..triangles.len() {
+            for a in 0..b {
+                let [ta, tb] = [a, b].map(|t| triangles[t].map(|p| points[p as usize]));
+                if [ta, tb].iter().any(|&t| oracle::normal(t) == [0; 3]) {
+                    continue;
+                }
+                let (shared, own_a): (Vec<_>, Vec<_>) =
+                    ta.into_iter().partition(|p| tb.contains(p));
+                let own_b: Vec<_> = tb.into_iter().filter(|p| !ta.contains(p)).collect();
+                let meet = match shared[..] {
+                    [] => oracle::meet(&ta, &tb),
+                    [_] => oracle::meet(&own_a, &tb) || oracle::meet(&own_b, &ta),
+                    [p, q] => {
+                        let [na, nb] = [own_a[0], own_b[0]].map(|r| oracle::normal([p, q, r]));
+                        oracle::cross(na, nb) == [0; 3] && oracle::dot(na, nb) > 0
+                    }
+                    _ => false,
+                };
+                if meet {
+                    pairs.push([a as u32, b as u32]);
+                }
+            }
+        }
+        pairs.sort();
+        pairs
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(400))]
+
+        #[test]
+        fn pairs_are_those_of_brute_force(
+            points in prop::collection::vec(prop::array::uniform3(-3i8..=3), 14),
+            triangles in prop::collection::vec(prop::array::uniform3(0u32..14), 0..40),
+            exponent in -200i32..200,
+        ) {
+            let points: Vec<Point> = points.iter().map(|p| p.map(f64::from)).collect();
+            let expected = pairs_by_brute_force(&points, &triangles);
+            let scale = 2f64.powi(exponent);
+            let mesh = Mesh::new(
+                points.iter().map(|p| p.map(|x| x * scale)).collect(),
+                triangles,
+            ).unwrap();
+            prop_assert_eq!(self_intersections(&mesh, &Run::default()).unwrap(), expected);
+        }
+    }
+
+    #[test]
+    fn neighbours_folded_onto_each_other_meet() {
+        let points = vec![[0.1; 3], [1.1, 0.1, 0.1], [0.3, 1.1, 0.1], [0.6, 0.7, 0.1]];
+        let mesh = |triangles: &[[u32; 3]]| Mesh::new(points.clone(), triangles.to_vec()).unwrap();
+        let folded = mesh(&[[0, 1, 2], [1, 0, 3]]);
+        assert_eq!(self_intersections(&folded, &Run::default()).unwrap(), [[0, 1]]);
+        let twice = mesh(&[[0, 1, 2], [1, 0, 2]]);
+        assert_eq!(self_intersections(&twice, &Run::default()).unwrap(), [[0u32; 2]; 0]);
+    }
+
+    #[test]
+    fn a_cancelled_run_stops() {
+        let run = Run::default();
+        run.cancel.cancel();
+        let mesh = Mesh::new(vec![[0.0; 3], [1.0; 3], [0.0, 1.0, 2.0]], vec![[0, 1, 2]]).unwrap();
+        assert_eq!(self_intersections(&mesh, &run), Err(Cancelled));
+    }
+}

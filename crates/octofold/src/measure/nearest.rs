@@ -259,3 +259,103 @@ fn offset_to_segment(from_start: DVec3, segment: DVec3) -> DVec3 {
         segment * (along / whole) - from_start
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use proptest::strategy::ValueTree;
+    use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
+
+    /// Small triangles all over the unit cube, and among them long ones, slivers, segments, points
+    /// and repeated ones.
+    fn soup() -> impl Strategy<Value = Mesh> {
+        let unit = || prop::array::uniform3(0.0..1.0f64);
+        let triangle = (unit(), unit(), unit(), 0..12u8).prop_map(|(a, b, c, kind)| {
+            let near = |p: [f64; 3], size: f64| std::array::from_fn(|x| a[x] + size * (p[x] - 0.5));
+            match kind {
+                0 => vec![[a, b, c]],
+                1 => vec![[a, b, std::array::from_fn(|x| (a[x] + b[x]) / 2.0 + 1e-9 * c[x])]],
+                2 => vec![[a, b, a]],
+                3 => vec![[a, a, a]],
+                4 => vec![[a, b, near(c, 1e-3)]],
+                5 => vec![[a, near(b, 0.1), near(c, 0.1)]; 2],
+                _ => vec![[a, near(b, 0.1), near(c, 0.1)]],
+            }
+        });
+        prop::collection::vec(triangle, 400).prop_map(|triangles| {
+            let points = triangles.concat().concat();
+            let count = points.len() as u32 / 3;
+            Mesh::new(points, (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect()).unwrap()
+        })
+    }
+
+    fn sample<T>(strategy: impl Strategy<Value = T>) -> T {
+        let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+        let mut runner = TestRunner::new_with_rng(ProptestConfig::default(), rng);
+        strategy.new_tree(&mut runner).unwrap().current()
+    }
+
+    #[test]
+    fn a_hundred_thousand_queries_agree_with_brute_force() {
+        let mesh = sample(soup());
+        let box_queries = prop::collection::vec(prop::array::uniform3(-0.5..1.5f64), 90_000);
+        let mut queries = sample(box_queries);
+        // On corners, where triangles are equally near.
+        queries.extend(mesh.points.iter().cycle().take(10_000));
+        let index = Nearest::new(&mesh);
+        let faces: Vec<Face> =
+            (0..mesh.triangles.len()).map(|t| Face::new(mesh.corners(t))).collect();
+        let run = Run::default();
+        let found = index.nearest_all(&queries, &run).unwrap();
+        let expected = par::map(&queries, |&q| {
+            let d = |f: &Face| f.offset_from(q.into()).length_squared();
+            let by_distance = faces.iter().map(d).enumerate().map(|(t, d)| (d.to_bits(), t));
+            by_distance.min().unwrap()
+        });
+        for ((query, hit), (bits, triangle)) in queries.iter().zip(found).zip(expected) {
+            let hit = hit.unwrap();
+            assert_eq!((hit.distance_squared.to_bits(), hit.triangle as usize), (bits, triangle));
+            let back = DVec3::from(hit.point).distance_squared((*query).into());
+            assert!((back - hit.distance_squared).abs() < 1e-14);
+            let distance = hit.distance_squared.sqrt();
+            assert_eq!(index.nearest_within(*query, distance * 1.000_001 + 1e-300), Some(hit));
+            assert!(
+                distance == 0.0 || index.nearest_within(*query, distance * 0.999_999).is_none()
+            );
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(5_000))]
+
+        #[test]
+        fn regions_and_candidates_find_the_same_point(
+            corners in prop::array::uniform3(prop::array::uniform3(-1.0..1.0f64)),
+            query in prop::array::uniform3(-2.0..2.0f64),
+        ) {
+            let face = Face::new(corners);
+            prop_assume!(!face.sliver);
+            let ap = DVec3::from(query) - face.a;
+            let (one, other) = (face.offset_from(query.into()), face.offset_from_sliver(ap));
+            prop_assert!(one.distance(other) < 1e-9, "{one} {other}");
+            prop_assert!((one.length() - other.length()).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn a_mesh_without_triangles_has_no_nearest_point() {
+        let mesh = Mesh::new(vec![[0.0; 3]], vec![]).unwrap();
+        assert_eq!(Nearest::new(&mesh).nearest([0.0; 3]), None);
+    }
+
+    #[test]
+    fn the_lowest_of_equally_near_triangles_wins() {
+        let square = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = Mesh::new(square, vec![[2, 3, 0], [0, 1, 2], [0, 1, 2]]).unwrap();
+        let hit = Nearest::new(&mesh).nearest([0.5, 0.5, 1.0]).unwrap();
+        assert_eq!((hit.triangle, hit.point, hit.distance_squared), (0, [0.5, 0.5, 0.0], 1.0));
+        let hit = Nearest::new(&mesh).nearest([0.75, 0.25, 1.0]).unwrap();
+        assert_eq!(hit.triangle, 1);
+    }
+}

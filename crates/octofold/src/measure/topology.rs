@@ -305,3 +305,87 @@ impl Sets {
         i
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    /// Joins sets that share a member until none do, and counts them.
+    fn count_joined<T: Ord + Clone>(mut sets: Vec<BTreeSet<T>>) -> usize {
+        let mut count = 0;
+        while let Some(mut set) = sets.pop() {
+            while let Some(i) = sets.iter().position(|s| !s.is_disjoint(&set)) {
+                set.extend(sets.swap_remove(i));
+            }
+            count += 1;
+        }
+        count
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        #[test]
+        fn counts_are_those_of_a_plain_recount(
+            triangles in prop::collection::vec(prop::array::uniform3(0u32..9), 0..24),
+        ) {
+            let proper: Vec<[u32; 3]> = triangles.iter().copied()
+                .filter(|t| t.iter().collect::<BTreeSet<_>>().len() == 3).collect();
+            let mut edges: BTreeMap<[u32; 2], (usize, usize)> = BTreeMap::new();
+            for t in &proper {
+                for i in 0..3 {
+                    let (p, q) = (t[i], t[(i + 1) % 3]);
+                    let ways = edges.entry([p.min(q), p.max(q)]).or_default();
+                    if p < q { ways.0 += 1 } else { ways.1 += 1 }
+                }
+            }
+            let edge_set = |t: &[u32; 3]| -> BTreeSet<[u32; 2]> {
+                (0..3).map(|i| (t[i], t[(i + 1) % 3])).map(|(p, q)| [p.min(q), p.max(q)]).collect()
+            };
+            let edges_where = |holds: &dyn Fn(usize, usize) -> bool| -> Vec<[u32; 2]> {
+                edges.iter().filter(|(_, w)| holds(w.0, w.1)).map(|(&e, _)| e).collect()
+            };
+            let used: BTreeSet<u32> = proper.iter().flatten().copied().collect();
+            let split: Vec<u32> = used.iter().copied().filter(|&p| {
+                let spokes = proper.iter().filter(|t| t.contains(&p))
+                    .map(|t| edge_set(t).into_iter().filter(|e| e.contains(&p)).collect());
+                count_joined(spokes.collect()) > 1
+            }).collect();
+            let distinct: BTreeSet<BTreeSet<u32>> =
+                proper.iter().map(|t| t.iter().copied().collect()).collect();
+
+            let found = Topology::of(9, &triangles, &Run::default()).unwrap();
+            prop_assert_eq!(found.points, used.len());
+            prop_assert_eq!(found.edges, edges.len());
+            prop_assert_eq!(found.proper_triangles, proper.len());
+            prop_assert_eq!(found.degenerate_triangles.count, triangles.len() - proper.len());
+            prop_assert_eq!(found.duplicate_triangles.count, proper.len() - distinct.len());
+            prop_assert_eq!(found.components, count_joined(proper.iter().map(edge_set).collect()));
+            for (defect, expected) in [
+                (found.boundary_edges, edges_where(&|a, b| a + b == 1)),
+                (found.nonmanifold_edges, edges_where(&|a, b| a + b > 2)),
+                (found.misoriented_edges, edges_where(&|a, b| a + b == 2 && a != b)),
+            ] {
+                prop_assert_eq!(defect.count, expected.len());
+                prop_assert_eq!(&defect.first[..], &expected[..expected.len().min(PLACES)]);
+            }
+            prop_assert_eq!(found.unbalanced_edges, edges_where(&|a, b| a != b).len());
+            prop_assert_eq!(found.nonmanifold_points.count, split.len());
+            prop_assert_eq!(&found.nonmanifold_points.first[..], &split[..split.len().min(PLACES)]);
+        }
+    }
+
+    #[test]
+    fn two_tetrahedra_at_a_point_have_no_genus() {
+        let one = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let single = Topology::of(4, &one, &Run::default()).unwrap();
+        assert_eq!((single.euler(), single.genus()), (2, Some(0)));
+        let other = one.map(|t| t.map(|p| if p == 0 { 0 } else { p + 3 }));
+        let both = Topology::of(7, &[one, other].concat(), &Run::default()).unwrap();
+        assert_eq!((both.components, both.euler(), both.genus()), (2, 3, None));
+        assert!(both.is_closed() && both.is_oriented() && !both.is_manifold());
+        assert_eq!(both.nonmanifold_points.first, [0]);
+    }
+}

@@ -40,17 +40,16 @@ impl Winding {
                 let mut group = match node.child(k) {
                     Child::Inner(child) => Group::of(&groups[child as usize]),
                     Child::Leaf(leaf) => {
-                        let singles: Vec<Group> = corners[leaf].iter().map(Group::single).collect();
-                        Group::of(&singles)
+                        Group::of(&corners[leaf].iter().map(Group::single).collect::<Vec<_>>())
                     }
                 };
+                // To the farthest corner of the box: another bound, sometimes the better one.
                 let reach = |x: usize| {
-                    let middle = group.middle[x];
                     let (low, high) = (f64::from(node.low[x][k]), f64::from(node.high[x][k]));
-                    (middle - low).max(high - middle)
+                    (group.middle[x] - low).max(high - group.middle[x])
                 };
-                let radius = FAR * DVec3::new(reach(0), reach(1), reach(2)).length();
-                group.far_squared = radius * radius;
+                let to_corner = DVec3::new(reach(0), reach(1), reach(2)).length();
+                group.radius = group.radius.min(to_corner);
                 groups[n][k] = group;
             }
         }
@@ -61,7 +60,8 @@ impl Winding {
     /// clockwise: inside, for the usual orientation.
     pub fn at(&self, point: [f64; 3]) -> f64 {
         let p = DVec3::from(point);
-        let mut angle = 0.0;
+        let mut far = 0.0;
+        let mut near = Turn::default();
         let mut stack = [0u32; STACK];
         let mut waiting = usize::from(!self.tree.nodes.is_empty());
         while waiting > 0 {
@@ -72,8 +72,8 @@ impl Winding {
                 let group = &self.groups[number][k];
                 let to = group.middle - p;
                 let distance_squared = to.length_squared();
-                if distance_squared > group.far_squared {
-                    angle += group.angle(to, distance_squared);
+                if distance_squared > FAR * FAR * group.radius * group.radius {
+                    far += group.angle(to, distance_squared);
                     continue;
                 }
                 match node.child(k) {
@@ -82,12 +82,12 @@ impl Winding {
                         waiting += 1;
                     }
                     Child::Leaf(leaf) => {
-                        angle += self.corners[leaf].iter().map(|t| solid_angle(t, p)).sum::<f64>();
+                        self.corners[leaf].iter().for_each(|t| near.add_half_solid_angle(t, p));
                     }
                 }
             }
         }
-        angle / (2.0 * TAU)
+        far / (2.0 * TAU) + near.turns()
     }
 }
 
@@ -97,19 +97,21 @@ struct Group {
     area: f64,
     /// Middle of the area.
     middle: DVec3,
+    /// All triangles are this near to the middle.
+    radius: f64,
     /// Sum of area vectors.
     normal: DVec3,
     /// Sum of outer products of area vector (rows) and place relative to the middle (columns).
     spread: DMat3,
-    /// Squared distance from the middle beyond which the expansion is good enough.
-    far_squared: f64,
 }
 
 impl Group {
-    fn single(&[a, b, c]: &[DVec3; 3]) -> Self {
+    fn single(corners: &[DVec3; 3]) -> Self {
+        let [a, b, c] = *corners;
         let normal = (b - a).cross(c - a) / 2.0;
         let middle = (a + b + c) / 3.0;
-        Self { area: normal.length(), middle, normal, ..Self::default() }
+        let radius = corners.iter().fold(0.0, |r: f64, p| r.max(p.distance(middle)));
+        Self { area: normal.length(), middle, radius, normal, ..Self::default() }
     }
 
     fn of(parts: &[Self]) -> Self {
@@ -121,8 +123,9 @@ impl Group {
             parts.first().map_or(DVec3::ZERO, |g| g.middle)
         };
         let mut whole = Self { area, middle, ..Self::default() };
-        for part in parts {
+        for part in parts.iter().filter(|g| g.radius > 0.0) {
             let d = part.middle - middle;
+            whole.radius = whole.radius.max(d.length() + part.radius);
             whole.normal += part.normal;
             whole.spread += part.spread;
             whole.spread +=
@@ -141,14 +144,51 @@ impl Group {
     }
 }
 
-/// Solid angle of a triangle (van Oosterom and Strackee, "The Solid Angle of a Plane Triangle",
-/// 1983).
-fn solid_angle(corners: &[DVec3; 3], p: DVec3) -> f64 {
-    let [a, b, c] = corners.map(|x| x - p);
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let top = a.dot(b.cross(c));
-    let bottom = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * arc(top, bottom)
+/// A sum of angles between -pi and pi, kept as a direction and whole turns, so that only its end
+/// has to be turned into an angle.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    x: f64,
+    y: f64,
+    whole: f64,
+}
+
+impl Default for Turn {
+    fn default() -> Self {
+        Self { x: 1.0, y: 0.0, whole: 0.0 }
+    }
+}
+
+impl Turn {
+    /// Adds half the solid angle of a triangle seen from `p` (van Oosterom and Strackee, "The Solid
+    /// Angle of a Plane Triangle", 1983).
+    fn add_half_solid_angle(&mut self, corners: &[DVec3; 3], p: DVec3) {
+        let [a, b, c] = corners.map(|x| x - p);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let top = a.dot(b.cross(c));
+        let bottom = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        let size = top.abs() + bottom.abs();
+        // Zero for a point on a corner, which sees no angle.
+        if size > 0.0 {
+            self.add(bottom / size, top / size);
+        }
+    }
+
+    fn add(&mut self, x: f64, y: f64) {
+        let sum = (self.x * x - self.y * y, self.x * y + self.y * x);
+        // Two angles on one side of the x axis whose sum is on the other went past half a turn.
+        if self.y > 0.0 && y > 0.0 && sum.1 < 0.0 {
+            self.whole += 1.0;
+        } else if self.y < 0.0 && y < 0.0 && sum.1 >= 0.0 {
+            self.whole -= 1.0;
+        }
+        let size = sum.0.abs() + sum.1.abs();
+        (self.x, self.y) = (sum.0 / size, sum.1 / size);
+    }
+
+    fn turns(self) -> f64 {
+        self.whole + arc(self.y, self.x) / TAU
+    }
 }
 
 /// The angle of the direction (`x`, `y`), from -pi to pi, to about 1e-10.
