@@ -34,10 +34,7 @@ const HARMLESS: [&str; 4] =
 /// Reads polygons from either form.
 pub fn read(source: &Source, run: &Run) -> Result<Soup, ReadError> {
     let (text, chunk) = container::split(&source.bytes)?;
-    let root = Root::from_slice(&text).map_err(|error| {
-        let at = if error.line() > 0 { At::Line(error.line() as u64) } else { At::File };
-        ReadError::malformed(FORMAT, at, format!("its JSON is not that of glTF 2.0: {error}"))
-    })?;
+    let root = parse(&text)?;
     check_extensions(&root, run)?;
     let budget = Budget::new(FORMAT, source.bytes.len());
     let buffers = Buffers::open(&root, chunk, &*source.files, budget);
@@ -54,6 +51,24 @@ pub fn read(source: &Source, run: &Run) -> Result<Soup, ReadError> {
     };
     reader.scene()?;
     reader.finish()
+}
+
+fn parse(text: &[u8]) -> Result<Root, ReadError> {
+    Root::from_slice(text).or_else(|error| {
+        with_empty_scenes(text).ok_or_else(|| {
+            let at = if error.line() > 0 { At::Line(error.line() as u64) } else { At::File };
+            ReadError::malformed(FORMAT, at, format!("its JSON is not that of glTF 2.0: {error}"))
+        })
+    })
+}
+
+/// The same once more for files with a scene that shows nothing, which the parser does not know.
+fn with_empty_scenes(text: &[u8]) -> Option<Root> {
+    let mut root: serde_json::Value = serde_json::from_slice(text).ok()?;
+    for scene in root.get_mut("scenes")?.as_array_mut()? {
+        scene.as_object_mut()?.entry("nodes").or_insert_with(|| serde_json::json!([]));
+    }
+    serde_json::from_value(root).ok()
 }
 
 fn check_extensions(root: &Root, run: &Run) -> Result<(), ReadError> {

@@ -104,6 +104,7 @@ struct Reader {
 impl Reader {
     fn point(&mut self, i: u64, of: u64, words: &mut Words<'_>) -> Result<(), ReadError> {
         let what = || format!("vertex {} of {of}", i + 1);
+        let line = words.line;
         let point = numbers::<3>(words, what)?;
         if !point.iter().all(|x| x.is_finite()) {
             let fact = format!("{} has a coordinate that is not a finite number", what());
@@ -118,8 +119,9 @@ impl Reader {
         }
         let left = left_on_line(words);
         let behind = if self.kind.uvs { 2 } else { 0 };
-        // Plain files with colours behind the coordinates exist, too.
-        if matches!(left.saturating_sub(behind), 3 | 4) {
+        // Plain files with colours behind the coordinates exist, too, one point a line.
+        let coloured = self.kind.colours || words.line > line;
+        if coloured && matches!(left.saturating_sub(behind), 3 | 4) {
             let colour = take_colour(words, left - behind);
             put(&mut a.point_colours, at, NO_COLOUR, colour);
         } else if self.kind.colours {
@@ -135,6 +137,7 @@ impl Reader {
 
     fn face(&mut self, i: u64, of: u64, words: &mut Words<'_>) -> Result<(), ReadError> {
         let what = || format!("face {} of {of}", i + 1);
+        let line = words.line;
         let corners = index(words, what)?;
         if corners > words.left() as u64 {
             let fact = format!("{} has {corners} corners, more than the file can hold", what());
@@ -150,7 +153,8 @@ impl Reader {
             }
             face.push(point as u32);
         }
-        let left = left_on_line(words);
+        // What stands behind several faces on one line is the next face, no colour.
+        let left = if words.line > line { left_on_line(words) } else { 0 };
         let colour = matches!(left, 3 | 4).then(|| take_colour(words, left));
         if left == 1 {
             // One number is a place in a colour map that only its author has.

@@ -88,12 +88,9 @@ impl Document {
     }
 
     fn json(&self, uri: Option<String>) -> Value {
-        let mut root = json!({
-            "asset": { "version": "2.0", "generator": "Octofold" },
-            "scene": 0,
-            "scenes": [{}],
-        });
+        let mut root = json!({ "asset": { "version": "2.0", "generator": "Octofold" } });
         if !self.nodes.is_empty() {
+            root["scene"] = json!(0);
             root["scenes"] = json!([{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }]);
         }
         // Empty tables are not allowed.
