@@ -1,13 +1,19 @@
 //! Readers and writers of Octofold.
 //!
-//! Every format is one module with `read` and `write` on bytes; [`read()`] and [`write()`] find the
-//! module, the file and its neighbours. Readers never allocate by a number that they have not
+//! Every format is one module with `read` and `write` on bytes; [`read_mesh`] and [`write_mesh`] find
+//! the module, the file and its neighbours. Readers never allocate by a number that they have not
 //! checked against the input's length, and never panic.
 
+mod budget;
+mod colour;
+mod columns;
 mod error;
 mod format;
+mod meshes;
+mod parts;
 mod sink;
 mod source;
+mod text;
 
 pub mod binvox;
 pub mod gltf;
@@ -25,5 +31,6 @@ pub mod vox;
 
 pub use error::{At, ReadError, WriteError};
 pub use format::{Format, Kind};
+pub use meshes::{read_mesh, write_mesh};
 pub use sink::{Sink, save};
 pub use source::{Bytes, Files, NoFiles, Source};

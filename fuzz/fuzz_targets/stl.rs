@@ -1,0 +1,12 @@
+//! Any bytes as STL: no panic, no hang, and whatever is read is a sound shape.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use octofold::Run;
+use octofold_io::{Source, stl};
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(soup) = stl::read(&Source::from_bytes("fuzz", bytes), &Run::default()) {
+        assert!(soup.triangulate().check().is_ok());
+    }
+});
