@@ -6,7 +6,10 @@
 
 mod error;
 mod format;
+mod inflate;
+mod mapped;
 mod sink;
+mod slabs;
 mod source;
 
 pub mod binvox;
@@ -22,8 +25,10 @@ pub mod raw;
 pub mod stl;
 pub mod threemf;
 pub mod vox;
+mod volumes;
 
 pub use error::{At, ReadError, WriteError};
 pub use format::{Format, Kind};
 pub use sink::{Sink, save};
+pub use mapped::{Layout, MappedVolume, Scaling, Stored};
 pub use source::{Bytes, Files, NoFiles, Source};
