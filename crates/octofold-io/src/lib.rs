@@ -24,11 +24,13 @@ pub mod png;
 pub mod raw;
 pub mod stl;
 pub mod threemf;
-pub mod vox;
 mod volumes;
+pub mod vox;
 
 pub use error::{At, ReadError, WriteError};
 pub use format::{Format, Kind};
-pub use sink::{Sink, save};
 pub use mapped::{Layout, MappedVolume, Scaling, Stored};
+pub use raw::RawLayout;
+pub use sink::{Sink, save};
 pub use source::{Bytes, Files, NoFiles, Source};
+pub use volumes::{read_volume, write_volume};

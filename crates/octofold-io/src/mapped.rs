@@ -85,10 +85,12 @@ impl Layout {
     /// One past the last byte that a sample uses. `None` where there is no sample, or where the
     /// number overflows.
     pub fn end(&self) -> Option<usize> {
-        self.dims.iter().zip(&self.strides).try_fold(
-            self.offset.checked_add(self.stored.size())?,
-            |end, (&dim, &stride)| end.checked_add(dim.checked_sub(1)?.checked_mul(stride)?),
-        )
+        self.dims
+            .iter()
+            .zip(&self.strides)
+            .try_fold(self.offset.checked_add(self.stored.size())?, |end, (&dim, &stride)| {
+                end.checked_add(dim.checked_sub(1)?.checked_mul(stride)?)
+            })
     }
 
     /// Samples have no gaps and x is fastest.
@@ -224,8 +226,7 @@ impl MappedVolume {
         for z in region.start[2]..region.end[2] {
             for y in region.start[1]..region.end[1] {
                 let Some(row) = rows.next() else { break };
-                let start =
-                    offset + region.start[0] * strides[0] + y * strides[1] + z * strides[2];
+                let start = offset + region.start[0] * strides[0] + y * strides[1] + z * strides[2];
                 if strides[0] == size {
                     bytemuck::cast_slice_mut(row)
                         .copy_from_slice(&self.bytes[start..start + width * size]);
@@ -387,8 +388,7 @@ mod tests {
 
     #[test]
     fn samples_that_lie_ready_are_borrowed() {
-        let layout =
-            Layout::packed(Stored::Scalar(ScalarType::U8), false, 3, [4, 4, 4]).unwrap();
+        let layout = Layout::packed(Stored::Scalar(ScalarType::U8), false, 3, [4, 4, 4]).unwrap();
         let volume = volume((0..67).collect(), layout);
         assert!(matches!(all(&volume), Block::U8(Cow::Borrowed(_))));
         let slab = Region { start: [0, 0, 1], end: [4, 4, 3] };
@@ -444,8 +444,7 @@ mod tests {
 
     #[test]
     fn too_few_bytes_are_refused() {
-        let layout =
-            Layout::packed(Stored::Scalar(ScalarType::U16), false, 4, [4, 4, 4]).unwrap();
+        let layout = Layout::packed(Stored::Scalar(ScalarType::U16), false, 4, [4, 4, 4]).unwrap();
         let short = MappedVolume::new("test", vec![0; 131].into(), layout, &Run::default());
         assert!(short.err().unwrap().to_string().contains("end at byte 132"));
         assert_eq!(Layout::packed(Stored::I64, false, 0, [usize::MAX, 2, 2]), None);

@@ -123,9 +123,7 @@ impl Header {
             .split(',')
             .map(|n| n.trim().trim_end_matches('L'))
             .filter(|n| !n.is_empty())
-            .map(|n| {
-                n.parse().map_err(|_| malformed(format!("the shape names {n:?} samples")))
-            })
+            .map(|n| n.parse().map_err(|_| malformed(format!("the shape names {n:?} samples"))))
             .collect::<Result<Vec<usize>, _>>()?;
         let stored = match descr.trim_start_matches(['<', '>', '|', '=']) {
             "b1" | "?" => Stored::Bool,

@@ -15,10 +15,9 @@ pub(crate) fn slabs(volume: &dyn Volume) -> impl Iterator<Item = Region> {
     let dims @ [nx, ny, nz] = volume.dims();
     let slice = (nx * ny * volume.scalar_type().size()).max(1);
     let thickness = (SLAB / slice).max(1);
-    (0..nz).step_by(thickness).map(move |z| Region {
-        start: [0, 0, z],
-        end: [dims[0], dims[1], (z + thickness).min(nz)],
-    })
+    (0..nz)
+        .step_by(thickness)
+        .map(move |z| Region { start: [0, 0, z], end: [dims[0], dims[1], (z + thickness).min(nz)] })
 }
 
 /// Writes all samples little-endian, x fastest.

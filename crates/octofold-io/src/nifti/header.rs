@@ -165,9 +165,10 @@ impl Fields<'_> {
         }
         let mut dims = [1; 3];
         for (axis, slot) in dims.iter_mut().enumerate().take(rank as usize) {
-            *slot = usize::try_from(dim(axis + 1)).ok().filter(|&n| n > 0).ok_or_else(|| {
-                malformed(format!("dimension {} is {}", axis + 1, dim(axis + 1)))
-            })?;
+            *slot = usize::try_from(dim(axis + 1))
+                .ok()
+                .filter(|&n| n > 0)
+                .ok_or_else(|| malformed(format!("dimension {} is {}", axis + 1, dim(axis + 1))))?;
         }
         let volumes = (4..=rank as usize)
             .map(|i| usize::try_from(dim(i)).unwrap_or(1).max(1))
@@ -223,8 +224,7 @@ impl Fields<'_> {
         };
         if self.code(252, 344) > 0 {
             let qfac = if self.real(76, 104, 0) < 0.0 { -1.0 } else { 1.0 };
-            let mut axes =
-                orientation::rotation(std::array::from_fn(|i| self.real(256, 352, i)));
+            let mut axes = orientation::rotation(std::array::from_fn(|i| self.real(256, 352, i)));
             for (axis, scale) in axes.iter_mut().zip([size(0), size(1), size(2) * qfac]) {
                 *axis = axis.map(|v| v * scale);
             }
@@ -249,11 +249,8 @@ impl Fields<'_> {
 /// The header of a single file, little-endian, with the four bytes that end it.
 pub(super) fn encode(volume: &dyn Volume) -> Vec<u8> {
     let dims = volume.dims();
-    let version = if dims.iter().all(|&n| n <= i16::MAX as usize) {
-        Version::One
-    } else {
-        Version::Two
-    };
+    let version =
+        if dims.iter().all(|&n| n <= i16::MAX as usize) { Version::One } else { Version::Two };
     let (placement, unit_code) = in_known_unit(volume.placement());
     let mut header = Encoder { bytes: vec![0; HEADER_MAX], version };
     let scalar = volume.scalar_type();

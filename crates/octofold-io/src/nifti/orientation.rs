@@ -17,12 +17,10 @@ pub(super) fn rotation([b, c, d]: [f64; 3]) -> [[f64; 3]; 3] {
     glam::DMat3::from_quat(glam::DQuat::from_xyzw(b, c, d, a)).to_cols_array_2d()
 }
 
-/// A placement as quaternion, voxel sizes and handedness.
+/// The directions of a placement as quaternion and handedness.
 pub(super) struct Rigid {
     /// `b, c, d`.
     pub(super) quaternion: [f64; 3],
-    /// Steps along x, y, z.
-    pub(super) sizes: [f64; 3],
     /// -1 where the z axis is flipped, else 1.
     pub(super) qfac: f64,
 }
@@ -30,8 +28,7 @@ pub(super) struct Rigid {
 /// The rigid form of `placement`; `None` where its axes are skewed.
 pub(super) fn rigid(placement: &Placement) -> Option<Rigid> {
     let axes = placement.axes.map(glam::DVec3::from);
-    let sizes = axes.map(glam::DVec3::length);
-    let [x, y, mut z] = [axes[0] / sizes[0], axes[1] / sizes[1], axes[2] / sizes[2]];
+    let [x, y, mut z] = axes.map(glam::DVec3::normalize_or_zero);
     let square = [x.dot(y), y.dot(z), z.dot(x)].iter().all(|d| d.abs() < 1e-6);
     if !square {
         return None;
@@ -42,7 +39,7 @@ pub(super) fn rigid(placement: &Placement) -> Option<Rigid> {
     if q.w < 0.0 {
         q = -q;
     }
-    Some(Rigid { quaternion: [q.x, q.y, q.z], sizes, qfac })
+    Some(Rigid { quaternion: [q.x, q.y, q.z], qfac })
 }
 
 #[cfg(test)]

@@ -44,8 +44,7 @@ pub(super) fn load(
         }
         run.check()?;
         let bytes = source.files.open(name)?;
-        let part =
-            unpack(header, &bytes, 0, share, share, run).map_err(|e| inside(name, e))?;
+        let part = unpack(header, &bytes, 0, share, share, run).map_err(|e| inside(name, e))?;
         let samples = part.bytes.get(part.offset..part.offset + share).ok_or_else(|| {
             let fact = format!("{share} bytes of samples were to be in it");
             inside(name, ReadError::malformed(FORMAT, At::File, fact))

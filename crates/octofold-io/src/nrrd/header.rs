@@ -95,13 +95,8 @@ impl Lines {
             let fact = "the file does not begin with NRRD000 and a version";
             return Err(ReadError::malformed(FORMAT, At::Byte(0), fact));
         }
-        let mut lines = Self {
-            fields: Vec::new(),
-            pairs: Vec::new(),
-            end: None,
-            listed: Vec::new(),
-            count: 0,
-        };
+        let mut lines =
+            Self { fields: Vec::new(), pairs: Vec::new(), end: None, listed: Vec::new(), count: 0 };
         let mut start = 0;
         let mut is_list = false;
         while start < bytes.len() {
