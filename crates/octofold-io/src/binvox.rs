@@ -1,9 +1,11 @@
-//! binvox: a bit per voxel, run-length encoded.
+//! binvox: full and empty voxels, run-length encoded.
 //!
+//! Version 1 reads as a binary volume; in version 2 full voxels have values from 1 to 255, which
+//! are kept.
 //! In the file y runs fastest, then z, then x, and the header's `dim` counts along x, z and y in
 //! that order; here x is made the fastest. Voxels are cubes: with the largest dimension `d`, the
 //! centre of voxel `i` lies at `scale * (i + 0.5) / d + translate`.
-//! Source: Patrick Min's description of the format, version 1.
+//! Source: Patrick Min's description of the format, versions 1 and 2.
 
 use crate::{At, ReadError, Sink, Source, WriteError, mapped::sound_placement, slabs::lost};
 use octofold::volume::{Block, DenseVolume, Region};
@@ -15,9 +17,9 @@ const FORMAT: &str = "binvox";
 const MAX_RUN: usize = u8::MAX as usize;
 
 /// Samples that the writer holds at a time, unless one slice of x is larger.
-const SLAB: usize = 64 << 20;
+const SLAB: usize = 4 << 20;
 
-/// Reads a binary volume.
+/// Reads a volume, binary where the file is of version 1.
 pub fn read(source: &Source, run: &Run) -> Result<Box<dyn Volume>, ReadError> {
     let bytes = &source.bytes;
     let header = Header::parse(bytes)?;
@@ -51,7 +53,7 @@ pub fn read(source: &Source, run: &Run) -> Result<Box<dyn Volume>, ReadError> {
         if pair[0] != 0 {
             for at in done..end {
                 let (x, z, y) = (at / (ny * nz), at / ny % nz, at % ny);
-                samples[(z * ny + y) * nx + x] = 1;
+                samples[(z * ny + y) * nx + x] = if header.binary { 1 } else { pair[0] };
             }
         }
         done = end;
@@ -66,7 +68,7 @@ pub fn read(source: &Source, run: &Run) -> Result<Box<dyn Volume>, ReadError> {
     }
     let placement = sound_placement(header.placement(), run);
     let volume = DenseVolume::new(header.dims, samples, placement).map(|mut volume| {
-        volume.binary = true;
+        volume.binary = header.binary;
         Box::new(volume) as Box<dyn Volume>
     });
     volume.ok_or_else(|| ReadError::malformed(FORMAT, At::File, "the dimensions are damaged"))
@@ -75,6 +77,8 @@ pub fn read(source: &Source, run: &Run) -> Result<Box<dyn Volume>, ReadError> {
 struct Header {
     /// Along x, y, z.
     dims: [usize; 3],
+    /// Voxels are full or empty, nothing else.
+    binary: bool,
     translate: [f64; 3],
     scale: f64,
     /// First byte of the runs.
@@ -83,7 +87,8 @@ struct Header {
 
 impl Header {
     fn parse(bytes: &[u8]) -> Result<Self, ReadError> {
-        let mut header = Self { dims: [0; 3], translate: [0.0; 3], scale: 1.0, end: 0 };
+        let mut header =
+            Self { dims: [0; 3], binary: true, translate: [0.0; 3], scale: 1.0, end: 0 };
         for number in 1.. {
             let malformed = |fact: &str| ReadError::malformed(FORMAT, At::Line(number), fact);
             let rest = &bytes[header.end..];
@@ -100,8 +105,9 @@ impl Header {
                 .collect();
             match (number, keyword, numbers.as_deref()) {
                 (1, "#binvox", Some([1.0])) => {}
+                (1, "#binvox", Some([2.0])) => header.binary = false,
                 (1, "#binvox", _) => {
-                    let fact = "only version 1 of the format is known here";
+                    let fact = "only versions 1 and 2 of the format are known here";
                     return Err(ReadError::unsupported(FORMAT, fact));
                 }
                 (1, ..) => return Err(malformed("the file does not begin with #binvox 1")),
@@ -247,11 +253,20 @@ mod tests {
     }
 
     #[test]
+    fn version_2_keeps_values() {
+        let header = "#binvox 2\ndim 1 1 2\ndata\n";
+        let volume = read(&source(header, &[7, 1, 0, 1]), &Run::default()).unwrap();
+        assert!(!volume.is_binary());
+        let all = volume.read(Region::all([1, 2, 1])).unwrap();
+        assert_eq!(all, Block::U8(vec![7, 0].into()));
+    }
+
+    #[test]
     fn absurd_dimensions_are_refused() {
         for dim in ["999999999 999999999 999999999", "1e300 1 1", "-1 1 1", "nan 1 1", "0 1 1"] {
             let header = format!("#binvox 1\ndim {dim}\ndata\n");
             assert!(read(&source(&header, &[0, 255]), &Run::default()).is_err(), "{dim}");
         }
-        assert!(read(&source("#binvox 2\ndim 1 1 1\ndata\n", &[0, 1]), &Run::default()).is_err());
+        assert!(read(&source("#binvox 3\ndim 1 1 1\ndata\n", &[0, 1]), &Run::default()).is_err());
     }
 }

@@ -29,14 +29,20 @@ pub(crate) struct Gunzip<'a> {
 
 enum State<'a> {
     /// Inside a member.
-    Member(GzDecoder<&'a [u8]>),
+    Member(Box<GzDecoder<&'a [u8]>>),
     /// After the last member, with the bytes that follow it.
     Ended(&'a [u8]),
 }
 
+impl<'a> State<'a> {
+    fn member(compressed: &'a [u8]) -> Self {
+        Self::Member(Box::new(GzDecoder::new(compressed)))
+    }
+}
+
 impl<'a> Gunzip<'a> {
     pub(crate) fn new(format: &'static str, compressed: &'a [u8]) -> Self {
-        let state = State::Member(GzDecoder::new(compressed));
+        let state = State::member(compressed);
         Self { format, total: compressed.len(), state, out: Vec::new() }
     }
 
@@ -99,7 +105,7 @@ impl<'a> Gunzip<'a> {
                 Ok(0) => {
                     let rest = *member.get_ref();
                     self.state = if rest.starts_with(MAGIC) {
-                        State::Member(GzDecoder::new(rest))
+                        State::member(rest)
                     } else {
                         State::Ended(rest)
                     };

@@ -9,7 +9,7 @@ mod vox;
 
 use octofold::volume::{Block, Region, Scalar};
 use octofold::{Finding, Run, Volume, Watch};
-use octofold_io::{Bytes, Files, Format, ReadError, Source, read_volume, write_volume};
+use octofold_io::{Bytes, Files, Format, RawLayout, ReadError, Source, read_volume, write_volume};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
@@ -90,4 +90,25 @@ fn the_front_door_names_the_file_and_what_to_do() {
     assert!(write("x.binvox").contains("voxelize first"));
     assert!(write("x.what").contains("no known format"));
     assert_eq!(Format::of_name("a.IMG.GZ"), Some(Format::Nifti));
+}
+
+#[test]
+fn what_is_left_over_is_told() {
+    let raw = Source::from_bytes("x.raw", [1, 2, 3, 4, 5]);
+    let scalar = octofold::volume::ScalarType::U8;
+    let layout = RawLayout { dims: [2, 2, 1], scalar, offset: 0, big_endian: false };
+    let codes = Codes::default();
+    read_volume(&raw, None, Some(layout), &Run::with_watch(codes.clone())).unwrap();
+    assert_eq!(*codes.0.lock().unwrap(), ["trailing-data"]);
+
+    let header = "{'descr': '|u1', 'fortran_order': False, 'shape': (2, 1, 1, 2), }";
+    let head = [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..]].concat();
+    let npy = [&head[..], header.as_bytes(), &[1, 2, 3, 4]].concat();
+    let (volume, codes) = read_with_findings(&Source::from_bytes("x.npy", npy));
+    assert_eq!(samples(&*volume), Block::U8(vec![1, 2].into()));
+    assert_eq!(codes, ["first-of-4d"]);
+
+    let nrrd = "NRRD0004\ntype: int8\ndimension: 3\nsizes: 1 1 1\nencoding: raw\n\nab";
+    let (_, codes) = read_with_findings(&Source::from_bytes("x.nrrd", nrrd));
+    assert_eq!(codes, ["trailing-data"]);
 }

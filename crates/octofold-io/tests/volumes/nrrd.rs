@@ -213,7 +213,7 @@ fn damaged_headers_are_refused_in_words() {
         ),
         (vec!["dimension: 1", "sizes: 2", "type: int8", "encoding: txt"], "after 1 of 2"),
         (vec!["dimension: 1", "sizes: 9", "type: int8", "encoding: txt"], "9 numbers"),
-        (vec!["dimension: 1", "sizes: 2", "type: int8", "encoding: hex"], "digit"),
+        (vec!["dimension: 1", "sizes: 2", "type: int8", "encoding: hex"], "after 1 of 2 bytes"),
         (
             vec![
                 "dimension: 1",

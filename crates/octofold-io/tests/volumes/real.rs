@@ -18,14 +18,14 @@ fn data() -> Option<PathBuf> {
 
 const FILES: [(&str, [usize; 3], &str); 9] = [
     ("volumes/CTChest4.nrrd", [128, 128, 34], "i32"),
-    ("volumes/D99_atlas_v2.0_right.nii.gz", [151, 188, 127], "f32"),
+    ("volumes/D99_atlas_v2.0_right.nii.gz", [275, 347, 245], "f32"),
     ("volumes/Segmentation.seg.nrrd", [128, 128, 34], "u8"),
     ("volumes/SegmentationOverlapping.seg.nrrd", [128, 128, 34], "u8"),
     ("volumes/aal.nii.gz", [181, 217, 181], "u8"),
     ("volumes/brodmann.nii.gz", [181, 217, 181], "u8"),
     ("volumes/ch2.nii.gz", [181, 217, 181], "u8"),
     ("volumes/ch2bet.nii.gz", [181, 217, 181], "u8"),
-    ("volumes/mr-bet.nii.gz", [207, 256, 215], "f32"),
+    ("volumes/mr-bet.nii.gz", [142, 178, 142], "u8"),
 ];
 
 fn open(path: &str) -> Option<Box<dyn Volume>> {
