@@ -63,7 +63,7 @@ impl Format {
             Self::Gltf => &["gltf"],
             Self::Glb => &["glb"],
             Self::ThreeMf => &["3mf"],
-            Self::Nifti => &["nii", "nii.gz", "hdr", "img"],
+            Self::Nifti => &["nii", "nii.gz", "hdr", "hdr.gz", "img", "img.gz"],
             Self::Nrrd => &["nrrd", "nhdr"],
             Self::Npy => &["npy"],
             Self::Raw => &["raw"],
@@ -113,6 +113,8 @@ impl Format {
             Some(Self::Binvox)
         } else if starts(b"VOX ") {
             Some(Self::Vox)
+        } else if crate::nifti::sniff(bytes) {
+            Some(Self::Nifti)
         } else {
             None
         };

@@ -1,7 +1,7 @@
 //! Readers and writers of Octofold.
 //!
-//! Every format is one module with `read` and `write` on bytes; [`read_mesh`] and [`write_mesh`] find
-//! the module, the file and its neighbours. Readers never allocate by a number that they have not
+//! Every format is one module with `read` and `write` on bytes; [`read_mesh`],
+//! [`write_mesh`], [`read_volume`] and [`write_volume`] find the module, the file and its neighbours. Readers never allocate by a number that they have not
 //! checked against the input's length, and never panic.
 
 mod budget;
@@ -9,11 +9,15 @@ mod colour;
 mod columns;
 mod error;
 mod format;
+mod inflate;
+mod mapped;
 mod meshes;
 mod parts;
 mod sink;
+mod slabs;
 mod source;
 mod text;
+mod volumes;
 
 pub mod binvox;
 pub mod gltf;
@@ -31,6 +35,9 @@ pub mod vox;
 
 pub use error::{At, ReadError, WriteError};
 pub use format::{Format, Kind};
+pub use mapped::{Layout, MappedVolume, Scaling, Stored};
 pub use meshes::{read_mesh, write_mesh};
+pub use raw::RawLayout;
 pub use sink::{Sink, save};
 pub use source::{Bytes, Files, NoFiles, Source};
+pub use volumes::{read_volume, write_volume};

@@ -1,0 +1,16 @@
+//! Reads any bytes as NRRD: an error or a sound volume, never a panic, a hang or a flood of memory.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use octofold::{Run, volume::Region};
+use octofold_io::{Source, nrrd};
+
+fuzz_target!(|bytes: &[u8]| {
+    let source = Source::from_bytes("fuzz.nrrd", bytes);
+    if let Ok(volume) = nrrd::read(&source, &Run::default()) {
+        let [x, y, _] = volume.dims();
+        let slice = Region::all([x, y, 1]);
+        assert_eq!(volume.read(slice).expect("samples are at hand").len(), slice.len());
+    }
+});
