@@ -9,6 +9,7 @@ pub mod mesh;
 pub mod par;
 pub mod polygon;
 pub mod run;
+pub mod samples;
 pub mod soup;
 pub mod volume;
 
