@@ -7,6 +7,7 @@
 pub mod attributes;
 pub mod mesh;
 pub mod par;
+pub mod picture;
 pub mod polygon;
 pub mod run;
 pub mod samples;

@@ -1,8 +1,7 @@
 //! Meshes of the built-in shapes.
 
 use super::Sample;
-use crate::mesh::Mesh;
-use crate::run::{Cancelled, Run};
+use crate::run::Run;
 use crate::soup::Soup;
 use crate::surface::{CubesOptions, Inside, marching_cubes};
 use crate::volume::VolumeError;
@@ -10,7 +9,7 @@ use crate::volume::VolumeError;
 impl Sample {
     /// The shape as polygons: its own, with `resolution` segments around curved faces, or else
     /// the isosurface of its field on a lattice of `resolution` cells along each axis.
-    pub fn mesh(self, resolution: usize, run: &Run) -> Result<Soup, Cancelled> {
+    pub fn mesh(self, resolution: usize, run: &Run) -> Result<Soup, VolumeError> {
         run.check()?;
         if let Some(soup) = self.polygons(resolution) {
             return Ok(soup);
@@ -19,11 +18,6 @@ impl Sample {
             return Ok(Soup::default());
         };
         let options = CubesOptions { iso: 0.0, inside: Inside::Below, open: false };
-        match marching_cubes(&volume, &options, run) {
-            Ok(mesh) => Ok(mesh.into()),
-            Err(VolumeError::Cancelled(cancelled)) => Err(cancelled),
-            // A field is computed, not read.
-            Err(VolumeError::Read(_)) => Ok(Mesh::default().into()),
-        }
+        Ok(marching_cubes(&volume, &options, run)?.into())
     }
 }

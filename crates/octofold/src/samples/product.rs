@@ -16,6 +16,11 @@ fn centred(p: [f64; 3]) -> DVec3 {
     DVec3::from(p) - 0.5
 }
 
+/// The same for products that are built with their front towards +y and stand with it towards -y.
+fn turned(p: [f64; 3]) -> DVec3 {
+    DVec3::new(-1.0, -1.0, 1.0) * centred(p)
+}
+
 pub(super) fn hair_dryer(p: [f64; 3]) -> f64 {
     let p = DVec3::from(p);
     let body = capsule(p, [0.30, 0.5, 0.68], [0.62, 0.5, 0.68], 0.20);
@@ -53,7 +58,7 @@ pub(super) fn tape_cutter(p: [f64; 3]) -> f64 {
 }
 
 pub(super) fn camera(p: [f64; 3]) -> f64 {
-    let p = centred(p);
+    let p = turned(p);
     let body = union([
         block(p, [0.0, -0.05, 0.0], [0.42, 0.12, 0.26]),
         drum(p, 1, [0.05, 0.16, -0.02], 0.18, 0.16),
@@ -70,7 +75,7 @@ pub(super) fn camera(p: [f64; 3]) -> f64 {
 }
 
 pub(super) fn computer(p: [f64; 3]) -> f64 {
-    let p = centred(p);
+    let p = turned(p);
     let screen = minus(
         block(p, [0.0, -0.1, 0.16], [0.3, 0.22, 0.23]),
         block(p, [0.0, 0.11, 0.17], [0.25, 0.03, 0.18]),
@@ -92,7 +97,7 @@ pub(super) fn computer(p: [f64; 3]) -> f64 {
 }
 
 pub(super) fn telephone(p: [f64; 3]) -> f64 {
-    let p = centred(p);
+    let p = turned(p);
     let body = common([
         slab(p, [-0.32, -0.36, -0.3], [0.32, 0.36, 1.0]),
         half_space(p, [0.0, 0.26, 0.9656], -0.05),
