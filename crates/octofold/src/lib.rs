@@ -5,15 +5,24 @@
 //! options struct and a [`Run`].
 
 pub mod attributes;
+pub mod histogram;
+pub mod measure;
 pub mod mesh;
 pub mod par;
+pub mod pipeline;
 pub mod polygon;
+pub mod report;
 pub mod run;
 pub mod soup;
+pub mod spans;
+pub mod surface;
 pub mod volume;
+pub mod voxelize;
 
 pub use attributes::{Attributes, LengthUnit, Material};
 pub use mesh::Mesh;
+pub use pipeline::{Kind, Shape, Step, pipeline};
+pub use report::Report;
 pub use run::{Cancel, Cancelled, Finding, Run, Watch};
 pub use soup::{ShapeError, Soup, SoupBuilder};
 pub use volume::{Placement, Volume};
