@@ -5,11 +5,12 @@ use crate::run::{Cancelled, Run};
 use serde::Serialize;
 
 /// Whether points at the same position are one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[allow(missing_docs)]
 pub enum Weld {
-    None,
-    Positions,
+    #[default]
+    Exact,
+    Off,
 }
 
 /// Measures of a mesh.
@@ -17,24 +18,39 @@ pub enum Weld {
 #[allow(missing_docs)]
 pub struct Measures {
     pub kind: &'static str,
-    pub points: u64,
-    pub triangles: u64,
-    pub components: u64,
-    pub boundary_edges: u64,
-    pub nonmanifold_edges: u64,
-    pub nonmanifold_points: u64,
-    pub misoriented_edges: u64,
-    pub degenerate_triangles: u64,
-    pub duplicate_triangles: u64,
-    pub self_intersections: Option<u64>,
+    pub points: usize,
+    pub triangles: usize,
+    pub components: usize,
+    pub boundary_edges: usize,
+    pub nonmanifold_edges: usize,
+    pub nonmanifold_points: usize,
+    pub misoriented_edges: usize,
+    pub degenerate_triangles: usize,
+    pub duplicate_triangles: usize,
+    pub self_intersections: usize,
     pub closed: bool,
     pub manifold: bool,
     pub oriented: bool,
     pub euler: i64,
-    pub genus: Option<i64>,
+    pub genus: Option<u64>,
     pub volume: Option<f64>,
     pub area: f64,
     pub bounds: Option<[[f64; 3]; 2]>,
+    #[serde(skip)]
+    pub places: Places,
+}
+
+/// Positions of the first few defects of each kind.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[allow(missing_docs)]
+pub struct Places {
+    pub boundary_edges: Vec<[[f64; 3]; 2]>,
+    pub nonmanifold_edges: Vec<[[f64; 3]; 2]>,
+    pub misoriented_edges: Vec<[[f64; 3]; 2]>,
+    pub nonmanifold_points: Vec<[f64; 3]>,
+    pub degenerate_triangles: Vec<[f64; 3]>,
+    pub duplicate_triangles: Vec<[f64; 3]>,
+    pub self_intersections: Vec<([u32; 2], [f64; 3])>,
 }
 
 /// Measures.

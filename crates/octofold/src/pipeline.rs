@@ -32,6 +32,7 @@ impl std::fmt::Display for Kind {
 
 /// The value that flows from step to step.
 #[derive(Clone)]
+#[expect(clippy::large_enum_variant, reason = "only one or two shapes live at a time")]
 pub enum Shape {
     /// Polygons.
     Soup(Soup),

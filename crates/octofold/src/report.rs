@@ -94,7 +94,7 @@ impl ShapeMeasures {
     pub fn of(shape: &Shape, run: &Run) -> Result<Self, VolumeError> {
         Ok(match shape {
             Shape::Soup(soup) => {
-                Self::Mesh(measure::measure(&soup.triangulate(), Weld::Positions, run)?)
+                Self::Mesh(measure::measure(&soup.triangulate(), Weld::Exact, run)?)
             }
             Shape::Volume(volume) => Self::Volume(VolumeMeasures::of(volume.as_ref(), run)?),
         })
