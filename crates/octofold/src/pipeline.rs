@@ -183,9 +183,9 @@ fn with_iso(
     run: &Run,
 ) -> Result<SurfaceOptions, StepError> {
     if options.labels || options.iso.is_some() {
-        return Ok(options.clone());
+        return Ok(*options);
     }
-    let with = |iso| SurfaceOptions { iso: Some(iso), ..options.clone() };
+    let with = |iso| SurfaceOptions { iso: Some(iso), ..*options };
     if volume.is_binary() {
         return Ok(with(0.5));
     }

@@ -27,14 +27,27 @@ impl Method {
     }
 }
 
+/// Which side of the isovalue is inside.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Inside {
+    /// Values above it.
+    #[default]
+    Above,
+    /// Values below it.
+    Below,
+}
+
 /// Options of [`surface`].
-#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SurfaceOptions {
     /// The method.
     pub method: Method,
     /// Value of the surface.
     pub iso: Option<f64>,
+    /// Which side is inside.
+    pub inside: Inside,
     /// One part per label.
     pub labels: bool,
     /// Leave the surface open at the volume's border.

@@ -11,7 +11,7 @@ use crate::picture;
 use anyhow::{Context, Result};
 use octofold::report::ShapeMeasures;
 use octofold::samples::Sample;
-use octofold::surface::SurfaceOptions;
+use octofold::surface::{Inside, SurfaceOptions};
 use octofold::volume::{DenseVolume, Label, Region};
 use octofold::voxelize::{Size, VoxelizeOptions};
 use octofold::{Shape, Step, Volume, pipeline};
@@ -98,18 +98,23 @@ impl Stage<'_> {
 
     fn gray(&self) -> Result<Scene> {
         let gyroid = Sample::Gyroid.volume(96).context("the gyroid is a field")?;
-        let iso = SurfaceOptions { iso: Some(0.0), normals: true, ..SurfaceOptions::default() };
+        let iso = SurfaceOptions {
+            iso: Some(0.0),
+            inside: Inside::Below,
+            normals: true,
+            ..SurfaceOptions::default()
+        };
         Ok(Scene {
             title: "A gray volume becomes a smooth surface",
             text: "A gyroid as gray values in f32. The surface runs between the samples where the \
-                   value is 0, and carries normals from the gradient.",
+                   value is 0, is closed at the border and carries normals.",
             panels: vec![
                 self.written("gyroid.nrrd", &Shape::Volume(Arc::new(gyroid)))?,
                 self.arrow("gyroid.nrrd", Step::Surface(iso), "gyroid.glb")?,
             ],
             commands: vec![
                 "octofold sample gyroid gyroid.nrrd --gray --resolution 96".into(),
-                "octofold surface gyroid.nrrd gyroid.glb --iso 0 --normals".into(),
+                "octofold surface gyroid.nrrd gyroid.glb --iso 0 --below --normals".into(),
             ],
         })
     }

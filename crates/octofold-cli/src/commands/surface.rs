@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser;
 use octofold::Step;
-use octofold::surface::{Method, SurfaceOptions};
+use octofold::surface::{Inside, Method, SurfaceOptions};
 
 /// As typed.
 #[derive(Debug, clap::Args)]
@@ -19,10 +19,13 @@ pub struct Args {
     /// How the surface is made: mc, marching cubes
     #[arg(long, default_value = Method::default().name(), value_parser = methods())]
     method: Method,
-    /// Value at which the surface runs; values above it are inside [default: 0.5 for binary
-    /// volumes, else Otsu's threshold, which is told]
+    /// Value at which the surface runs [default: 0.5 for binary volumes, else Otsu's threshold,
+    /// which is told]
     #[arg(long, value_name = "V", conflicts_with = "labels", allow_negative_numbers = true)]
     iso: Option<f64>,
+    /// Values below the iso value are inside, as in signed distances
+    #[arg(long, conflicts_with = "labels")]
+    below: bool,
     /// Take the samples for labels: one part per label, in one pass
     #[arg(long)]
     labels: bool,
@@ -58,6 +61,7 @@ impl Args {
         let options = SurfaceOptions {
             method: self.method,
             iso: self.iso,
+            inside: if self.below { Inside::Below } else { Inside::Above },
             labels: self.labels,
             open: self.open,
             normals: self.normals,
