@@ -1,2 +1,72 @@
-//! Chores of the repository.
-fn main() {}
+//! Chores of the repository: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask sweep NAME`.
+
+mod demo;
+mod imports;
+mod peers;
+mod stages;
+mod sweep;
+mod tidy;
+
+use anyhow::{Result, bail};
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+const USAGE: &str = "\
+cargo xtask test          everything that CI checks
+cargo xtask tidy          the conventions of the repository
+cargo xtask sweep NAME    the whole of a large sweep: formats, cubes or voxels";
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let done = match words[..] {
+        ["test"] => stages::run(),
+        ["tidy"] => tidy::run(),
+        ["sweep", name] => sweep::run(name),
+        _ => Err(anyhow::anyhow!("usage:\n{USAGE}")),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The root of the repository.
+fn root() -> PathBuf {
+    let mut root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    root.pop();
+    root
+}
+
+/// The same cargo that runs this, in the root of the repository.
+fn cargo(words: &[&str]) -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.args(words).current_dir(root());
+    command
+}
+
+/// Runs a command; it must succeed.
+fn must(command: &mut Command) -> Result<()> {
+    let status = command.status()?;
+    if !status.success() {
+        bail!("{command:?}: {status}");
+    }
+    Ok(())
+}
+
+/// The folder that cargo builds into.
+fn target() -> PathBuf {
+    match std::env::var_os("CARGO_TARGET_DIR") {
+        Some(folder) => root().join(folder),
+        None => root().join("target"),
+    }
+}
+
+/// The command that the release build makes.
+fn octofold() -> PathBuf {
+    target().join("release").join(format!("octofold{}", std::env::consts::EXE_SUFFIX))
+}

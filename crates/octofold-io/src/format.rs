@@ -1,15 +1,7 @@
 //! The file formats, how they are told apart, and the readers and writers behind them.
 
 use crate::{ReadError, Source};
-
-/// What a format holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Polygons.
-    Mesh,
-    /// Samples.
-    Volume,
-}
+pub use octofold::Kind;
 
 /// Every file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,14 +7,17 @@
 pub mod attributes;
 pub mod bits;
 pub mod exact;
+pub mod histogram;
 pub mod lattice;
 pub mod measure;
 pub mod mesh;
 pub mod octree;
 pub mod par;
 pub mod picture;
+pub mod pipeline;
 pub mod polygon;
 pub mod radix;
+pub mod report;
 pub mod run;
 pub mod samples;
 pub mod scan;
@@ -27,6 +30,8 @@ pub mod voxelize;
 
 pub use attributes::{Attributes, LengthUnit, Material};
 pub use mesh::Mesh;
+pub use pipeline::{Kind, Shape, Step, pipeline};
+pub use report::Report;
 pub use run::{Cancel, Cancelled, Finding, Run, Watch};
 pub use solid::{NotSolid, Solid};
 pub use soup::{ShapeError, Soup, SoupBuilder};

@@ -8,6 +8,7 @@ mod combination;
 mod field;
 mod grid;
 mod house;
+mod mesh;
 mod part;
 mod primitive;
 mod product;

@@ -3,6 +3,7 @@
 pub mod cell;
 pub mod cubes;
 pub mod labels;
+pub mod threshold;
 
 use crate::mesh::Mesh;
 use crate::run::Run;
@@ -33,7 +34,7 @@ impl Method {
 
 /// How a volume becomes a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(default)]
+#[serde(default, deny_unknown_fields)]
 pub struct SurfaceOptions {
     /// The method.
     pub method: Method,

@@ -44,12 +44,18 @@ pub enum Fill {
 
 /// How a mesh becomes cells.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct VoxelizeOptions {
     /// How fine the grid is.
     pub size: Size,
     /// Which cells are set.
-    #[serde(default)]
     pub fill: Fill,
+}
+
+impl Default for VoxelizeOptions {
+    fn default() -> Self {
+        Self { size: Size::Resolution(128), fill: Fill::Solid }
+    }
 }
 
 /// Why a mesh could not be made into cells.

@@ -1,0 +1,255 @@
+//! The files that a command reads and writes: as typed, then validated.
+
+use anyhow::{Context, Result, bail, ensure};
+use octofold::pipeline::Shape;
+use octofold::volume::ScalarType;
+use octofold::{Kind, Run, Soup, Volume};
+use octofold_io::raw::RawLayout;
+use octofold_io::{Format, Source};
+use std::path::{Path, PathBuf};
+
+/// What names an input, as typed.
+#[derive(Debug, clap::Args)]
+pub struct InputArgs {
+    /// File to read; `-` reads standard input
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+/// How inputs are read, as typed.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct ReadingArgs {
+    /// Format of the input, where its bytes and name do not tell
+    #[arg(long, value_name = "FORMAT", value_parser = parse_format, help_heading = "Reading")]
+    from: Option<Format>,
+    /// Samples along x, y and z of a raw volume, such as 512x512x300
+    #[arg(long, value_name = "XxYxZ", value_parser = parse_dims, help_heading = "Reading")]
+    dims: Option<Dims>,
+    /// Type of the samples of a raw volume: u8, i8, u16, i16, u32, i32, f32 or f64
+    #[arg(long, value_name = "TYPE", value_parser = parse_scalar, help_heading = "Reading")]
+    dtype: Option<ScalarType>,
+    /// Bytes before the first sample of a raw volume
+    #[arg(long, value_name = "BYTES", default_value_t = 0, help_heading = "Reading")]
+    offset: u64,
+    /// The samples of a raw volume are big-endian
+    #[arg(long, help_heading = "Reading")]
+    big_endian: bool,
+}
+
+/// What names an output, as typed.
+#[derive(Debug, clap::Args)]
+pub struct OutputArgs {
+    /// File to write, its format by its ending; `-` writes standard output
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// Format of the output, where its name does not tell
+    #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
+    to: Option<Format>,
+}
+
+/// Samples along x, y and z; a type of its own because clap takes an array for a list.
+#[derive(Debug, Clone, Copy)]
+struct Dims([usize; 3]);
+
+/// An input that can be opened.
+pub struct Input {
+    path: PathBuf,
+    format: Option<Format>,
+    layout: Option<RawLayout>,
+}
+
+/// An output whose format is known.
+#[derive(Debug)]
+pub struct Output {
+    /// The file, `-` for standard output.
+    pub path: PathBuf,
+    format: Format,
+}
+
+/// An input that was opened, and what its format holds.
+pub struct Opened {
+    source: Source,
+    format: Format,
+    layout: Option<RawLayout>,
+}
+
+impl InputArgs {
+    /// The input, or why it makes no sense.
+    pub fn check(self) -> Result<Input> {
+        self.reading.of(&self.input)
+    }
+}
+
+impl ReadingArgs {
+    /// The input `path`, read this way.
+    pub fn of(&self, path: &Path) -> Result<Input> {
+        let layout = match (self.dims, self.dtype) {
+            (Some(Dims(dims)), Some(scalar)) => {
+                Some(RawLayout { dims, scalar, offset: self.offset, big_endian: self.big_endian })
+            }
+            (None, None) => None,
+            _ => bail!("--dims and --dtype go together: a raw volume needs both"),
+        };
+        let by_name = Format::of_name(&path.to_string_lossy());
+        // Whoever says how the samples lie means a raw file, whatever its name.
+        let format = self.from.or(layout.and(Some(Format::Raw)));
+        ensure!(
+            layout.is_some() || format.or(by_name) != Some(Format::Raw),
+            "{}: a raw volume does not say what it holds: add --dims XxYxZ --dtype TYPE",
+            path.display()
+        );
+        Ok(Input { path: path.into(), format, layout })
+    }
+}
+
+impl OutputArgs {
+    /// The output, or why it makes no sense.
+    pub fn check(self) -> Result<Output> {
+        Output::new(self.output, self.to)
+    }
+}
+
+impl Input {
+    /// Opens the file and finds its format.
+    pub fn open(&self) -> Result<Opened> {
+        let source = Source::open(&self.path)?;
+        let format = match self.format {
+            Some(format) => format,
+            None => Format::of_source(&source)?,
+        };
+        Ok(Opened { source, format, layout: self.layout })
+    }
+}
+
+impl Opened {
+    /// What the format holds.
+    pub fn kind(&self) -> Kind {
+        self.format.kind()
+    }
+
+    /// Reads the shape.
+    pub fn read(&self, run: &Run) -> Result<Shape> {
+        run.stage("read");
+        let (source, format) = (&self.source, Some(self.format));
+        Ok(match self.kind() {
+            Kind::Mesh => octofold_io::read_mesh(source, format, run)?.into(),
+            Kind::Volume => octofold_io::read_volume(source, format, self.layout, run)?.into(),
+        })
+    }
+
+    /// Reads polygons; a volume is refused.
+    pub fn read_mesh(&self, run: &Run) -> Result<Soup> {
+        match self.read(run)? {
+            Shape::Soup(soup) => Ok(soup),
+            Shape::Volume(_) => bail!(
+                "{}: this is a volume, and a mesh is asked for: `octofold surface` makes one",
+                self.source.path.display()
+            ),
+        }
+    }
+}
+
+impl Output {
+    /// The output `path` in the format that `to` or its name tells.
+    pub fn new(path: PathBuf, to: Option<Format>) -> Result<Self> {
+        let name = path.to_string_lossy();
+        let format = to.or_else(|| Format::of_name(&name)).with_context(|| {
+            format!("{name}: the name does not tell the format; say --to FORMAT, {}", formats())
+        })?;
+        Ok(Self { path, format })
+    }
+
+    /// What the format holds.
+    pub fn kind(&self) -> Kind {
+        self.format.kind()
+    }
+
+    /// True for standard output.
+    pub fn is_pipe(&self) -> bool {
+        self.path.as_os_str() == "-"
+    }
+
+    /// The name for messages.
+    pub fn name(&self) -> String {
+        if self.is_pipe() {
+            format!("standard output ({})", self.format.name())
+        } else {
+            self.path.display().to_string()
+        }
+    }
+
+    /// Writes the shape, whole or not at all.
+    pub fn write(&self, shape: &Shape, run: &Run) -> Result<()> {
+        match shape {
+            Shape::Soup(soup) => self.write_mesh(soup, run),
+            Shape::Volume(volume) => self.write_volume(volume.as_ref(), run),
+        }
+    }
+
+    /// Writes polygons.
+    pub fn write_mesh(&self, soup: &Soup, run: &Run) -> Result<()> {
+        run.stage("write");
+        Ok(octofold_io::write_mesh(soup, &self.path, Some(self.format), run)?)
+    }
+
+    /// Writes samples.
+    pub fn write_volume(&self, volume: &dyn Volume, run: &Run) -> Result<()> {
+        run.stage("write");
+        Ok(octofold_io::write_volume(volume, &self.path, Some(self.format), run)?)
+    }
+}
+
+/// All formats in one phrase.
+fn formats() -> String {
+    let names: Vec<_> = Format::ALL.iter().map(|f| f.name()).collect();
+    format!("one of {}", names.join(", "))
+}
+
+/// A format by any of its endings.
+pub fn parse_format(text: &str) -> Result<Format, String> {
+    Format::of_name(text).ok_or_else(|| format!("no such format; {}", formats()))
+}
+
+fn parse_scalar(text: &str) -> Result<ScalarType, String> {
+    let names = ScalarType::ALL.map(ScalarType::name).join(", ");
+    let found = ScalarType::ALL.into_iter().find(|t| t.name() == text);
+    found.ok_or_else(|| format!("no such type; one of {names}"))
+}
+
+fn parse_dims(text: &str) -> Result<Dims, String> {
+    let numbers: Result<Vec<usize>, _> = text.split(['x', ',']).map(str::parse).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok(Dims([x, y, z])),
+        _ => Err("three counts above 0 are asked for, such as 512x512x300".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dims_are_three_counts() {
+        assert_eq!(parse_dims("2x3x4").unwrap().0, [2, 3, 4]);
+        assert_eq!(parse_dims("2,3,4").unwrap().0, [2, 3, 4]);
+        for bad in ["2x3", "0x1x1", "axbxc", "1x2x3x4", "-1x2x3", ""] {
+            assert!(parse_dims(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn formats_go_by_any_of_their_endings() {
+        assert_eq!(parse_format("nii.gz"), Ok(Format::Nifti));
+        assert_eq!(parse_format("STL"), Ok(Format::Stl));
+        assert!(parse_format("docx").is_err());
+    }
+
+    #[test]
+    fn an_output_needs_a_known_format() {
+        assert_eq!(Output::new("a.PLY".into(), None).unwrap().kind(), Kind::Mesh);
+        assert_eq!(Output::new("-".into(), Some(Format::Npy)).unwrap().kind(), Kind::Volume);
+        assert!(Output::new("-".into(), None).is_err());
+    }
+}

@@ -1,0 +1,159 @@
+//! One run of a command: its context, the way from file to file, and the report at the end.
+
+use crate::arguments::Cli;
+use crate::files::{Input, Output};
+use crate::memory;
+use crate::terminal::{Loudness, Terminal};
+use anyhow::{Context, Result, bail, ensure};
+use octofold::pipeline::{self, Shape, Step};
+use octofold::report::{Answer, Report, ShapeMeasures};
+use octofold::{Cancel, Kind, Run};
+use std::io::Write;
+use std::sync::Arc;
+
+/// How a command ended that did its work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// All is well.
+    Holds,
+    /// What was asked to hold does not.
+    DoesNotHold,
+}
+
+/// The context of one command.
+pub struct Job {
+    /// For the library.
+    pub run: Run,
+    /// For people.
+    pub terminal: Arc<Terminal>,
+    /// A report goes to standard output.
+    pub json: bool,
+    command: &'static str,
+}
+
+/// What a command puts into its report.
+#[derive(Default)]
+pub struct Account {
+    /// What it was asked for.
+    pub answer: Option<Answer>,
+    /// What it did.
+    pub steps: Vec<Step>,
+    /// Measures of what went in.
+    pub input: Option<ShapeMeasures>,
+    /// Measures of what came out.
+    pub output: Option<ShapeMeasures>,
+}
+
+impl Job {
+    /// The job of one command line.
+    pub fn new(cli: &Cli, cancel: Cancel) -> Self {
+        let loudness = match (cli.common.quiet, cli.common.verbose) {
+            (true, _) => Loudness::Quiet,
+            (_, true) => Loudness::Verbose,
+            _ => Loudness::Usual,
+        };
+        let terminal = Arc::new(Terminal::new(loudness));
+        let run = Run { cancel, watch: terminal.clone() };
+        Self { run, terminal, json: cli.common.json, command: cli.command.name() }
+    }
+
+    /// Reads `input`, runs `steps`, writes `output` and reports: the one way of all commands that
+    /// make a file from a file.
+    pub fn convert(&self, input: &Input, steps: Vec<Step>, output: &Output) -> Result<Outcome> {
+        self.refuse_mixed_output(output)?;
+        let opened = input.open()?;
+        let kind = pipeline::outcome(opened.kind(), &steps)
+            .with_context(|| advice(opened.kind(), output.kind()))?;
+        if kind != output.kind() {
+            let wanted = output.kind();
+            bail!(
+                "{} holds a {wanted}, but there is a {kind} to write: {}",
+                output.name(),
+                advice(opened.kind(), wanted)
+            );
+        }
+        let shape = opened.read(&self.run)?;
+        let input = self.measures(&shape)?;
+        let shape = pipeline::pipeline(shape, &steps, &self.run)?;
+        let measures = self.measures(&shape)?;
+        output.write(&shape, &self.run)?;
+        self.finish(Account { answer: None, steps, input, output: measures })?;
+        self.say_written(output, &shape);
+        Ok(Outcome::Holds)
+    }
+
+    /// Writes a shape that was made here, and reports.
+    pub fn write(&self, shape: &Shape, output: &Output) -> Result<Outcome> {
+        self.refuse_mixed_output(output)?;
+        let measures = self.measures(shape)?;
+        output.write(shape, &self.run)?;
+        self.finish(Account { output: measures, ..Account::default() })?;
+        self.say_written(output, shape);
+        Ok(Outcome::Holds)
+    }
+
+    /// Measures for the report; nothing is measured that nobody asked for.
+    fn measures(&self, shape: &Shape) -> Result<Option<ShapeMeasures>> {
+        Ok(if self.json { Some(ShapeMeasures::of(shape, &self.run)?) } else { None })
+    }
+
+    fn refuse_mixed_output(&self, output: &Output) -> Result<()> {
+        ensure!(
+            !(self.json && output.is_pipe()),
+            "--json and the output `-` would mix on standard output: name a file"
+        );
+        Ok(())
+    }
+
+    fn say_written(&self, output: &Output, shape: &Shape) {
+        let what = match shape {
+            Shape::Soup(soup) => format!("{} points, {} faces", soup.points().len(), soup.faces()),
+            Shape::Volume(volume) => {
+                let [x, y, z] = volume.dims();
+                format!("{x} x {y} x {z} samples ({})", volume.scalar_type().name())
+            }
+        };
+        let seconds = self.terminal.seconds();
+        self.terminal.say(&format!("{}: {what}, {seconds:.2} s", output.name()));
+    }
+
+    /// Ends the last stage, and prints the report where one is asked for.
+    pub fn finish(&self, account: Account) -> Result<()> {
+        let (stages, findings) = self.terminal.finish();
+        self.terminal.clear();
+        if !self.json {
+            return Ok(());
+        }
+        let Account { answer, steps, input, output } = account;
+        let report = Report {
+            version: env!("CARGO_PKG_VERSION"),
+            command: self.command,
+            answer,
+            steps,
+            stages,
+            seconds: self.terminal.seconds(),
+            peak_memory: memory::peak(),
+            input,
+            output,
+            findings,
+        };
+        self.answer(&serde_json::to_string_pretty(&report)?)
+    }
+
+    /// Prints what was asked for to standard output.
+    pub fn answer(&self, text: &str) -> Result<()> {
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{text}")?;
+        Ok(out.flush()?)
+    }
+}
+
+/// Which command leads from a kind to another.
+fn advice(from: Kind, to: Kind) -> String {
+    let command = match (from, to) {
+        (Kind::Mesh, Kind::Volume) => "voxelize",
+        (Kind::Volume, Kind::Mesh) => "surface",
+        _ => "convert",
+    };
+    format!("`octofold {command}` makes a {to} of a {from}")
+}

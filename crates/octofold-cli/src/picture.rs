@@ -1,0 +1,21 @@
+//! Pictures of shapes as PNG files.
+
+use anyhow::Result;
+use octofold::picture::{Picture, SliceStyle, Style, View, render, slices};
+use octofold::{Run, Shape};
+use octofold_io::WriteError;
+use std::path::Path;
+
+/// Draws a mesh, or a volume as slices, into a PNG file.
+pub fn draw(shape: &Shape, path: &Path, run: &Run) -> Result<()> {
+    run.stage("picture");
+    let Picture { width, height, rgba } = match shape {
+        Shape::Soup(soup) => render(&soup.triangulate(), &View::default(), &Style::default(), run)?,
+        Shape::Volume(volume) => slices(volume.as_ref(), &SliceStyle::default(), run)?,
+    };
+    let bytes = octofold_io::png::encode(width, height, &rgba)?;
+    Ok(octofold_io::save(path, |sink| {
+        let failed = |source| WriteError::Io { path: path.into(), source };
+        sink.out.write_all(&bytes).map_err(failed)
+    })?)
+}

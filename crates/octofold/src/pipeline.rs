@@ -1,0 +1,271 @@
+//! The list of steps that every front end builds, and the one function that runs it.
+//!
+//! A step is plain data: the command, a steps file and the Python module name the same steps with
+//! the same options. Converting a file is the empty list.
+
+use crate::histogram::Histogram;
+use crate::run::{Cancelled, Finding, Run};
+use crate::soup::Soup;
+use crate::surface::{self, SurfaceOptions, threshold};
+use crate::volume::{Volume, VolumeError};
+use crate::voxelize::{self, VoxelizeError, VoxelizeOptions};
+use std::sync::Arc;
+
+/// What kind of shape a file or a step holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Polygons.
+    Mesh,
+    /// Samples.
+    Volume,
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Mesh => "mesh",
+            Self::Volume => "volume",
+        })
+    }
+}
+
+/// The value that flows from step to step.
+#[derive(Clone)]
+#[expect(clippy::large_enum_variant, reason = "only one or two shapes live at a time")]
+pub enum Shape {
+    /// Polygons.
+    Soup(Soup),
+    /// Samples.
+    Volume(Arc<dyn Volume>),
+}
+
+impl Shape {
+    /// Which of the two it is.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Soup(_) => Kind::Mesh,
+            Self::Volume(_) => Kind::Volume,
+        }
+    }
+}
+
+impl From<Soup> for Shape {
+    fn from(soup: Soup) -> Self {
+        Self::Soup(soup)
+    }
+}
+
+impl From<Box<dyn Volume>> for Shape {
+    fn from(volume: Box<dyn Volume>) -> Self {
+        Self::Volume(volume.into())
+    }
+}
+
+/// One step from shape to shape, with its options.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(tag = "step", rename_all = "lowercase")]
+pub enum Step {
+    /// Cuts polygons into triangles; corners, order and columns stay.
+    Triangulate,
+    /// Mesh to voxels.
+    Voxelize(VoxelizeOptions),
+    /// Volume to the mesh of its surface.
+    Surface(SurfaceOptions),
+}
+
+impl Step {
+    /// Names of all steps, as in a steps file.
+    pub const ALL: [&'static str; 3] = ["triangulate", "voxelize", "surface"];
+
+    /// Name, as in a steps file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Triangulate => Self::ALL[0],
+            Self::Voxelize(_) => Self::ALL[1],
+            Self::Surface(_) => Self::ALL[2],
+        }
+    }
+
+    /// What it takes.
+    pub fn takes(&self) -> Kind {
+        match self {
+            Self::Triangulate | Self::Voxelize(_) => Kind::Mesh,
+            Self::Surface(_) => Kind::Volume,
+        }
+    }
+
+    /// What it gives.
+    pub fn gives(&self) -> Kind {
+        match self {
+            Self::Triangulate | Self::Surface(_) => Kind::Mesh,
+            Self::Voxelize(_) => Kind::Volume,
+        }
+    }
+}
+
+/// Why a list of steps did not run to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum StepError {
+    /// A step does not fit what comes before it.
+    #[error("step {number} ({name}) takes a {takes}, but gets a {gets}")]
+    Misfit {
+        /// The step, counted from 1.
+        number: usize,
+        /// Its name.
+        name: &'static str,
+        /// What it takes.
+        takes: Kind,
+        /// What it gets.
+        gets: Kind,
+    },
+    /// The samples are numbers of parts, and no single iso value means anything.
+    #[error(
+        "this volume holds {0} labels, not gray values: ask for labels to get one part per label, \
+         or name an iso value"
+    )]
+    Labels(usize),
+    /// The mesh could not be voxelized.
+    #[error(transparent)]
+    Voxelize(#[from] VoxelizeError),
+    /// The volume could not be read.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+    /// The work was interrupted.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What `steps` make of a shape of kind `kind`, or the first step that does not fit.
+pub fn outcome(kind: Kind, steps: &[Step]) -> Result<Kind, StepError> {
+    steps.iter().enumerate().try_fold(kind, |gets, (i, step)| {
+        let (number, name, takes) = (i + 1, step.name(), step.takes());
+        if takes == gets {
+            Ok(step.gives())
+        } else {
+            Err(StepError::Misfit { number, name, takes, gets })
+        }
+    })
+}
+
+/// Runs `steps` one after the other. Whether they fit together is checked before any work.
+pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Shape, StepError> {
+    outcome(shape.kind(), steps)?;
+    let mut shape = shape;
+    for step in steps {
+        run.check()?;
+        shape = match (step, shape) {
+            (Step::Triangulate, Shape::Soup(soup)) => {
+                run.stage("triangulate");
+                Shape::Soup(soup.triangulate().into())
+            }
+            (Step::Voxelize(options), Shape::Soup(soup)) => {
+                run.stage("triangulate");
+                let mesh = soup.triangulate();
+                drop(soup);
+                Shape::Volume(Arc::new(voxelize::voxelize(&mesh, options, run)?))
+            }
+            (Step::Surface(options), Shape::Volume(volume)) => {
+                let options = with_iso(volume.as_ref(), options, run)?;
+                Shape::Soup(surface::surface(volume.as_ref(), &options, run)?.into())
+            }
+            (_, unfit) => unfit,
+        };
+    }
+    Ok(shape)
+}
+
+/// The same options with an iso value: the one asked for, 0.5 for a binary volume, else Otsu's
+/// threshold, with a finding that says which.
+fn with_iso(
+    volume: &dyn Volume,
+    options: &SurfaceOptions,
+    run: &Run,
+) -> Result<SurfaceOptions, StepError> {
+    if options.labels || options.iso.is_some() {
+        return Ok(*options);
+    }
+    let with = |iso| SurfaceOptions { iso: Some(iso), ..*options };
+    if volume.is_binary() {
+        return Ok(with(0.5));
+    }
+    if !volume.labels().is_empty() {
+        return Err(StepError::Labels(volume.labels().len()));
+    }
+    let histogram = Histogram::of(volume, run)?;
+    let values = histogram.values().unwrap_or_default().len();
+    if (3..=FEW_VALUES).contains(&values) {
+        run.finding(Finding::warning(
+            "few-values",
+            format!(
+                "the samples take only {values} different values; \
+                 if these are labels, ask for labels to get one part per label"
+            ),
+        ));
+    }
+    let [low, high] = histogram.range.unwrap_or_default();
+    match threshold::otsu(&histogram) {
+        Some(iso) => {
+            let text = format!("iso value {iso} (Otsu's threshold; values are {low} to {high})");
+            run.finding(Finding::note("iso-otsu", text));
+            Ok(with(iso))
+        }
+        None => {
+            let text = format!("every sample is {low}: there is no surface");
+            run.finding(Finding::warning("one-value", text));
+            Ok(with(low))
+        }
+    }
+}
+
+/// Whole-number volumes with at most this many different values may well be labels.
+const FEW_VALUES: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{DenseVolume, Placement};
+
+    #[test]
+    fn steps_that_do_not_fit_are_named() {
+        let steps = [Step::Triangulate, Step::Surface(SurfaceOptions::default())];
+        let error = outcome(Kind::Mesh, &steps).unwrap_err().to_string();
+        assert_eq!(error, "step 2 (surface) takes a volume, but gets a mesh");
+        assert!(pipeline(Soup::default().into(), &steps, &Run::default()).is_err());
+    }
+
+    #[test]
+    fn steps_are_plain_data() {
+        let steps = vec![
+            Step::Triangulate,
+            Step::Voxelize(VoxelizeOptions::default()),
+            Step::Surface(SurfaceOptions::default()),
+        ];
+        let text = serde_json::to_string(&steps).unwrap();
+        assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);
+        let names: Vec<_> = steps.iter().map(Step::name).collect();
+        assert_eq!(names, Step::ALL);
+        for (step, name) in steps.iter().zip(Step::ALL) {
+            assert_eq!(serde_json::to_value(step).unwrap()["step"], name);
+        }
+    }
+
+    #[test]
+    fn the_empty_list_changes_nothing() {
+        let soup = Soup::default();
+        match pipeline(soup.clone().into(), &[], &Run::default()).unwrap() {
+            Shape::Soup(same) => assert_eq!(same, soup),
+            Shape::Volume(_) => panic!("a soup became a volume"),
+        }
+    }
+
+    #[test]
+    fn labels_ask_for_a_choice() {
+        let mut atlas = DenseVolume::new([2, 1, 1], vec![0u8, 5], Placement::default()).unwrap();
+        atlas.labels =
+            vec![crate::volume::Label { value: 5, name: "five".into(), colour: [255; 4] }];
+        let step = [Step::Surface(SurfaceOptions::default())];
+        let result = pipeline(Shape::Volume(Arc::new(atlas)), &step, &Run::default());
+        assert!(matches!(result, Err(StepError::Labels(1))));
+    }
+}

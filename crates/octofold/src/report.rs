@@ -1,0 +1,218 @@
+//! What a command did, as data: `--json` prints exactly this.
+//!
+//! The library keeps no clock, so whoever runs the command fills in the times.
+
+use crate::histogram::Histogram;
+use crate::measure::{self, Comparison, Measures, Weld};
+use crate::pipeline::{Kind, Shape, Step};
+use crate::run::{Finding, Run};
+use crate::volume::{Placement, Region, ScalarType, Volume, VolumeError};
+use serde::Serialize;
+
+/// The whole account of one command.
+///
+/// What was asked for (the measures of `info`, the distances of `compare`) stands at the top
+/// level; the measures of what went in and what came out stand under `input` and `output`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Name of the command.
+    pub command: &'static str,
+    /// What the command was asked for, where that is not a file.
+    #[serde(flatten)]
+    pub answer: Option<Answer>,
+    /// Steps with their options.
+    pub steps: Vec<Step>,
+    /// Times, in the order of the work.
+    pub stages: Vec<Stage>,
+    /// Wall-clock time of the whole command.
+    pub seconds: f64,
+    /// Most memory held at any time, in bytes, where the system tells.
+    pub peak_memory: Option<u64>,
+    /// Measures of what went in.
+    pub input: Option<ShapeMeasures>,
+    /// Measures of what came out.
+    pub output: Option<ShapeMeasures>,
+    /// Odd things that did not stop the work.
+    pub findings: Vec<Finding>,
+}
+
+/// One stage of the work.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// Wall-clock time.
+    pub seconds: f64,
+    /// Units of work done, where it counts them.
+    pub count: Option<u64>,
+}
+
+/// What a command answers.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum Answer {
+    /// `info`.
+    Measures(Box<ShapeMeasures>),
+    /// `compare`.
+    Comparison(Comparison),
+    /// `check`.
+    Claims {
+        /// True where every claim holds.
+        holds: bool,
+        /// The claims that were checked.
+        claims: Vec<Claim>,
+    },
+}
+
+/// A claim about a shape, and whether it holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Claim {
+    /// Its name, as the option that asks for it.
+    pub name: &'static str,
+    /// Whether it holds.
+    pub holds: bool,
+    /// What was found.
+    pub fact: String,
+    /// Where it does not hold: the first few places, in world coordinates.
+    pub places: Vec<[f64; 3]>,
+}
+
+/// Measures of either kind of shape.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum ShapeMeasures {
+    /// Of polygons.
+    Mesh(Measures),
+    /// Of samples.
+    Volume(VolumeMeasures),
+}
+
+impl ShapeMeasures {
+    /// Measures `shape`. Polygons are triangulated and welded by position first.
+    pub fn of(shape: &Shape, run: &Run) -> Result<Self, VolumeError> {
+        Ok(match shape {
+            Shape::Soup(soup) => {
+                Self::Mesh(measure::measure(&soup.triangulate(), Weld::Exact, run)?)
+            }
+            Shape::Volume(volume) => Self::Volume(VolumeMeasures::of(volume.as_ref(), run)?),
+        })
+    }
+}
+
+/// Facts about a volume.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VolumeMeasures {
+    /// Always a volume.
+    pub kind: Kind,
+    /// Samples along x, y, z.
+    pub dims: [usize; 3],
+    /// Type of the samples.
+    pub scalar_type: ScalarType,
+    /// Samples are only 0 and 1.
+    pub binary: bool,
+    /// World distance between samples along x, y, z.
+    pub spacing: [f64; 3],
+    /// From sample indices to the world.
+    pub placement: Placement,
+    /// Box around all sample centres in the world, lowest and highest corner.
+    pub bounds: Option<[[f64; 3]; 2]>,
+    /// Lowest and highest finite value.
+    pub range: Option<[f64; 2]>,
+    /// Samples that are NaN or infinite.
+    pub not_finite: u64,
+    /// Samples that are not 0, where samples are whole numbers.
+    pub nonzero: Option<u64>,
+    /// Different values and how often each occurs, where they are few and whole or named.
+    pub values: Option<Vec<ValueCount>>,
+}
+
+/// One value of a volume of few values.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ValueCount {
+    /// The value.
+    pub value: i64,
+    /// Its name in the file's own table.
+    pub name: Option<String>,
+    /// Samples that have it.
+    pub count: u64,
+}
+
+/// Volumes of more different values than this are not listed value by value.
+const LISTED_VALUES: usize = 256;
+
+impl VolumeMeasures {
+    /// Reads the whole volume.
+    pub fn of(volume: &dyn Volume, run: &Run) -> Result<Self, VolumeError> {
+        let histogram = Histogram::of(volume, run)?;
+        let placement = volume.placement();
+        let table = volume.labels();
+        let listed = |v: &Vec<_>| v.len() <= LISTED_VALUES || !table.is_empty();
+        let counts = histogram.values();
+        let nonzero = counts
+            .as_ref()
+            .map(|v| v.iter().filter(|(value, _)| *value != 0).map(|(_, n)| n).sum());
+        let name = |value: i64| {
+            let entry = table.iter().find(|label| i64::from(label.value) == value)?;
+            (!entry.name.is_empty()).then(|| entry.name.clone())
+        };
+        let values = counts.filter(listed).map(|values| {
+            let entry = |(value, count)| ValueCount { value, name: name(value), count };
+            values.into_iter().map(entry).collect()
+        });
+        Ok(Self {
+            kind: Kind::Volume,
+            dims: volume.dims(),
+            scalar_type: volume.scalar_type(),
+            binary: volume.is_binary(),
+            spacing: placement.axes.map(|a| glam::DVec3::from_array(a).length()),
+            placement,
+            bounds: bounds(&placement, Region::all(volume.dims())),
+            range: histogram.range,
+            not_finite: histogram.not_finite,
+            nonzero,
+            values,
+        })
+    }
+}
+
+/// The box around the centres of all samples of `region`.
+fn bounds(placement: &Placement, region: Region) -> Option<[[f64; 3]; 2]> {
+    if region.is_empty() {
+        return None;
+    }
+    let corners: Vec<[f64; 3]> = (0..8)
+        .map(|corner| {
+            placement.place(std::array::from_fn(|a| {
+                let end = if corner >> a & 1 == 0 { region.start[a] } else { region.end[a] - 1 };
+                end as f64
+            }))
+        })
+        .collect();
+    crate::mesh::bounds(&corners)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{DenseVolume, Label};
+
+    #[test]
+    fn a_label_volume_is_listed_by_name() {
+        let samples = vec![0u8, 3, 3, 9];
+        let mut v =
+            DenseVolume::new([4, 1, 1], samples, Placement::spacing([2.0, 1.0, 1.0])).unwrap();
+        v.labels = vec![Label { value: 3, name: "left".into(), colour: [0; 4] }];
+        let m = VolumeMeasures::of(&v, &Run::default()).unwrap();
+        let named = |value, name: Option<&str>, count| ValueCount {
+            value,
+            name: name.map(Into::into),
+            count,
+        };
+        let expected = vec![named(0, None, 1), named(3, Some("left"), 2), named(9, None, 1)];
+        assert_eq!(m.values, Some(expected));
+        assert_eq!((m.nonzero, m.spacing), (Some(3), [2.0, 1.0, 1.0]));
+        assert_eq!(m.bounds, Some([[0.0; 3], [6.0, 0.0, 0.0]]));
+    }
+}

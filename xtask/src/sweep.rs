@@ -1,0 +1,25 @@
+//! Large sweeps: tests that take a sample of their domain in every run, and all of it here.
+//!
+//! Such a test reads the environment variable `OCTOFOLD_SWEEP` and takes all of its domain where
+//! that is `full`.
+
+use crate::{cargo, must};
+use anyhow::{Context, Result};
+
+/// Name, package and filter of each sweep.
+const SWEEPS: [(&str, &str, &str); 3] = [
+    ("formats", "octofold-io", ""),
+    ("cubes", "octofold", "surface"),
+    ("voxels", "octofold", "voxelize"),
+];
+
+/// Runs the sweep `name`.
+pub fn run(name: &str) -> Result<()> {
+    let (_, package, filter) =
+        SWEEPS.into_iter().find(|(n, ..)| *n == name).with_context(|| {
+            let names = SWEEPS.map(|(n, ..)| n).join(", ");
+            format!("no sweep `{name}`; sweeps are {names}")
+        })?;
+    let words = ["test", "--release", "--package", package, filter, "--", "--nocapture"];
+    must(cargo(&words).env("OCTOFOLD_SWEEP", "full"))
+}
