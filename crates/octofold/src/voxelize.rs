@@ -4,6 +4,8 @@
 //! never visited, so time and memory grow with the surface. Source: specification of network
 //! (D3.2); thin surfaces after Laine 2013.
 
+mod unclosed;
+
 use crate::lattice::{Lattice, LatticeError};
 use crate::measure::Winding;
 use crate::mesh::Mesh;
@@ -12,8 +14,8 @@ use crate::radix::{self, Equal};
 use crate::run::{Cancelled, Finding, Run};
 use crate::scan::{self, Facet, Lines};
 use crate::spans::Spans;
-use crate::volume::{Region, Volume};
 use rustc_hash::FxHashMap;
+use unclosed::Unclosed;
 
 /// How fine the grid is.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -110,14 +112,16 @@ pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancell
     run.stage("snap");
     let facets = facets(mesh, lattice);
     match boundary(&facets) {
-        Boundary::Oriented => solid_by_rows(&facets, lattice, |w, _| w != 0, run),
+        Boundary::Oriented => {
+            fill_rows(lattice, borders(&facets, lattice, run)?, |w, _| w != 0, run)
+        }
         Boundary::Even => {
             run.finding(Finding::warning(
                 "parity-fill",
                 "the mesh is closed, but its triangles are not consistently oriented: \
                  the inside was taken by parity",
             ));
-            solid_by_rows(&facets, lattice, |_, odd| odd, run)
+            fill_rows(lattice, borders(&facets, lattice, run)?, |_, odd| odd, run)
         }
         Boundary::Open(edges) => {
             run.finding(
@@ -131,7 +135,15 @@ pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancell
                 )
                 .of(edges),
             );
-            solid_by_winding(mesh, &facets, lattice, run)
+            let borders = borders(&facets, lattice, run)?;
+            run.stage("scan surface");
+            let unclosed = Unclosed {
+                lattice,
+                touched: touched(&facets, lattice, run, |cell, _| Some(cell))?,
+                borders: radix::sort(borders, X_BITS + 1, Equal::Keep).concat(),
+                winding: Winding::new(mesh),
+            };
+            fill_rows(lattice, unclosed.fill(run)?, |w, _| w != 0, run)
         }
     }
 }
@@ -170,20 +182,13 @@ pub(crate) fn block_of(facets: usize) -> usize {
     (facets / 256).clamp(1, 4096)
 }
 
-/// Samples of the winding number this far from one half tell the side of a whole octant.
-const CLEAR: f64 = 0.125;
-
 /// Bits of a cell index along a row, of one more than the last cell too.
 const X_BITS: u32 = 17;
 
-fn solid_by_rows(
-    facets: &[Facet],
-    lattice: &Lattice,
-    inside: impl Fn(i32, bool) -> bool + Sync,
-    run: &Run,
-) -> Result<Spans, Cancelled> {
+/// Where rows through cell centres enter and leave the surface.
+fn borders(facets: &[Facet], lattice: &Lattice, run: &Run) -> Result<Vec<Vec<u64>>, Cancelled> {
     run.stage("cross rows");
-    let borders = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
+    par::blocks(run, facets.len(), block_of(facets.len()), |block| {
         let mut borders = Vec::new();
         for facet in &facets[block] {
             scan::crossings(facet, lattice.sub_bits(), 0, Lines::Centres, |c| {
@@ -191,8 +196,7 @@ fn solid_by_rows(
             });
         }
         borders
-    })?;
-    fill_rows(lattice, borders, inside, run)
+    })
 }
 
 /// The place in front of cell `[x, y, z]` where its row enters or leaves the solid, as one number
@@ -246,89 +250,6 @@ fn gather(lattice: &Lattice, runs: Vec<Vec<([u32; 2], [u32; 2])>>) -> Spans {
     // A centre may lie exactly on the far border's crossing: such runs are empty.
     let filled = runs.into_iter().flatten().filter(|(_, [start, end])| start < end);
     Spans::from_runs(dims, lattice.placement(), filled)
-}
-
-/// Evaluates the generalized winding number only where it can cross one half.
-///
-/// Away from the surface it is a harmonic function, so over an octant without surface it takes
-/// its extremes on the border; octants whose samples on the border are all well to one side are
-/// taken whole, the others are split.
-fn solid_by_winding(
-    mesh: &Mesh,
-    facets: &[Facet],
-    lattice: &Lattice,
-    run: &Run,
-) -> Result<Spans, Cancelled> {
-    run.stage("scan surface");
-    let surface = touched(facets, lattice, run, |cell, _| Some(cell))?;
-    let winding = Winding::new(mesh);
-    let at = |cell: [u32; 3]| winding.at(lattice.placement().place(cell.map(f64::from)));
-    run.stage("winding number");
-    let cells = lattice.cells();
-    let column = 16u32;
-    let columns = [cells[1].div_ceil(column), cells[2].div_ceil(column)];
-    let count = (columns[0] * columns[1]) as usize;
-    let borders = par::blocks(run, count, 1, |block| {
-        let mut borders = Vec::new();
-        let mut fill = |[x, y, z]: [u32; 3], length: u32| {
-            borders.push(border(lattice, [x, y, z], false));
-            borders.push(border(lattice, [x + length, y, z], true));
-        };
-        for c in block {
-            let (y, z) = (c as u32 % columns[0] * column, c as u32 / columns[0] * column);
-            for x in (0..cells[0]).step_by(column as usize) {
-                fill_octant([x, y, z], column, cells, &surface, &at, &mut fill);
-            }
-        }
-        borders
-    })?;
-    fill_rows(lattice, borders, |w, _| w != 0, run)
-}
-
-/// Calls `fill` with the first cell and the length of the runs of inside cells in one octant.
-fn fill_octant(
-    low: [u32; 3],
-    size: u32,
-    cells: [u32; 3],
-    surface: &Spans,
-    at: &impl Fn([u32; 3]) -> f64,
-    fill: &mut impl FnMut([u32; 3], u32),
-) {
-    let high: [u32; 3] = std::array::from_fn(|a| (low[a] + size).min(cells[a]));
-    if (0..3).any(|a| low[a] >= high[a]) {
-        return;
-    }
-    if size == 1 {
-        if at(low).abs() >= 0.5 {
-            fill(low, 1);
-        }
-        return;
-    }
-    let region = Region { start: low.map(|i| i as usize), end: high.map(|i| i as usize) };
-    if surface.bounds(region) == Some([0.0, 0.0]) {
-        let samples = (0..9).map(|c| {
-            at(std::array::from_fn(|a| match c {
-                8 => (low[a] + high[a]) / 2,
-                c if c >> a & 1 == 1 => high[a] - 1,
-                _ => low[a],
-            }))
-            .abs()
-        });
-        let (least, most) = samples.fold((f64::MAX, 0.0f64), |(l, m), w| (l.min(w), m.max(w)));
-        if most < 0.5 - CLEAR {
-            return;
-        }
-        if least > 0.5 + CLEAR {
-            for z in low[2]..high[2] {
-                (low[1]..high[1]).for_each(|y| fill([low[0], y, z], high[0] - low[0]));
-            }
-            return;
-        }
-    }
-    for octant in 0..8 {
-        let child = std::array::from_fn(|a| low[a] + (octant >> a & 1) * size / 2);
-        fill_octant(child, size / 2, cells, surface, at, fill);
-    }
 }
 
 /// The cells that the surface occupies in the sense of `fill`, which is not [`Fill::Solid`].
@@ -404,6 +325,7 @@ fn from_cells(lattice: &Lattice, keys: Vec<Vec<u64>>) -> Spans {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Volume;
 
     /// A box with outward triangles.
     fn cuboid(low: [f64; 3], high: [f64; 3]) -> Mesh {
