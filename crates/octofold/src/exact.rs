@@ -14,6 +14,10 @@ pub type Point = [f64; 3];
 /// -1 above, 0 on it.
 pub fn side(a: Point, b: Point, c: Point, d: Point) -> i8 {
     let coord = |[x, y, z]: Point| Coord3D { x, y, z };
+    // Planes square to an axis are frequent, and the adaptive way to zero is long.
+    if (0..3).any(|x| a[x] == b[x] && a[x] == c[x] && a[x] == d[x]) {
+        return 0;
+    }
     sign(robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
 }
 
@@ -39,6 +43,11 @@ pub fn triangles_meet(a: [Point; 3], b: [Point; 3]) -> bool {
     let sides_of_b = b.map(|p| side(a[0], a[1], a[2], p));
     if apart(&sides_of_b) {
         return false;
+    }
+    if sides_of_b == [0; 3] {
+        return clear_axis(a).is_some_and(|axis| {
+            !separated_by_an_edge(axis, a, b) && !separated_by_an_edge(axis, b, a)
+        });
     }
     let sides_of_a = a.map(|p| side(b[0], b[1], b[2], p));
     if apart(&sides_of_a) {
@@ -95,6 +104,12 @@ fn crosses([p, q]: [Point; 2], [side_p, side_q]: [i8; 2], [a, b, c]: [Point; 3])
     // it is inside the triangle where the line passes all three edges on the same side.
     let passes = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
     passes.iter().all(|&s| s >= 0) || passes.iter().all(|&s| s <= 0)
+}
+
+/// Whether the line through an edge of `t` has `t` on one side and `other` strictly on the other.
+fn separated_by_an_edge(axis: usize, t: [Point; 3], other: [Point; 3]) -> bool {
+    let outside = -turn(axis, t[0], t[1], t[2]);
+    (0..3).any(|i| other.iter().all(|&p| turn(axis, t[i], t[(i + 1) % 3], p) == outside))
 }
 
 fn segment_meets_triangle_in_plane(axis: usize, [p, q]: [Point; 2], t: [Point; 3]) -> bool {
