@@ -10,7 +10,10 @@ use std::ops::Range;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
+/// Bins along the axis of a split; the fewer are for parts of less than `FEW_ITEMS`.
 const BINS: usize = 16;
+const FEW_BINS: usize = 6;
+const FEW_ITEMS: usize = 48;
 /// From here on down the tree is halved blindly, which bounds its depth whatever the input.
 const BLIND_DEPTH: u32 = 32;
 /// Parts below this size are built on one thread.
@@ -18,26 +21,33 @@ const PARALLEL: usize = 8192;
 /// Enough for the deepest tree: three siblings wait on each of at most 32 levels.
 pub(super) const STACK: usize = 100;
 
-/// A box in f32, rounded outwards.
+/// A box in f32, rounded outwards. The fourth lane is unused; with it, boxes join in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Box3 {
-    low: [f32; 3],
-    high: [f32; 3],
+    low: [f32; 4],
+    high: [f32; 4],
 }
 
 impl Box3 {
-    const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+    const EMPTY: Self = Self { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
+    const ORIGIN: Self = Self { low: [0.0; 4], high: [0.0; 4] };
 
     pub(super) fn around(corners: &[[f64; 3]; 3]) -> Self {
         let [a, b, c] = corners;
-        Self {
-            low: std::array::from_fn(|x| round_down(a[x].min(b[x]).min(c[x]))),
-            high: std::array::from_fn(|x| -round_down(-a[x].max(b[x]).max(c[x]))),
+        let mut around = Self::ORIGIN;
+        for x in 0..3 {
+            around.low[x] = round_down(a[x].min(b[x]).min(c[x]));
+            around.high[x] = -round_down(-a[x].max(b[x]).max(c[x]));
         }
+        around
+    }
+
+    pub(super) fn overlaps(&self, other: &Self) -> bool {
+        (0..4).all(|x| self.low[x] <= other.high[x] && other.low[x] <= self.high[x])
     }
 
     fn join(&mut self, other: &Self) {
-        for x in 0..3 {
+        for x in 0..4 {
             self.low[x] = lower(self.low[x], other.low[x]);
             self.high[x] = higher(self.high[x], other.high[x]);
         }
@@ -48,8 +58,10 @@ impl Box3 {
         x * y + y * z + z * x
     }
 
-    fn twice_middle(&self, axis: usize) -> f32 {
-        self.low[axis] + self.high[axis]
+    /// The middle, as a box.
+    fn twice_middle(&self) -> Self {
+        let at: [f32; 4] = std::array::from_fn(|x| self.low[x] + self.high[x]);
+        Self { low: at, high: at }
     }
 }
 
@@ -110,6 +122,15 @@ impl Node {
         self.low[0][k] <= self.high[0][k]
     }
 
+    fn around(&self, k: usize) -> Box3 {
+        let mut around = Box3::ORIGIN;
+        for x in 0..3 {
+            around.low[x] = self.low[x][k];
+            around.high[x] = self.high[x][k];
+        }
+        around
+    }
+
     fn set_box(&mut self, k: usize, b: &Box3) {
         for x in 0..3 {
             self.low[x][k] = b.low[x];
@@ -133,6 +154,17 @@ impl Bvh {
             grow(&mut items, 0, 0, &mut nodes);
         }
         Self { nodes, items }
+    }
+
+    /// Items and box of every leaf.
+    pub(super) fn leaves(&self) -> Vec<(Range<usize>, Box3)> {
+        let children = self.nodes.iter().flat_map(|node| (0..4).map(move |k| (node, k)));
+        let used = children.filter(|(node, k)| node.is_used(*k));
+        used.filter_map(|(node, k)| match node.child(k) {
+            Child::Leaf(items) => Some((items, node.around(k))),
+            Child::Inner(_) => None,
+        })
+        .collect()
     }
 
     /// Calls `visit` with ranges of items whose leaf's box overlaps `query`.
@@ -221,29 +253,30 @@ fn split(items: &mut [Item], depth: u32) -> usize {
         return items.len();
     }
     let mut middles = Box3::EMPTY;
-    for item in items.iter() {
-        let at: [f32; 3] = std::array::from_fn(|x| item.around.twice_middle(x));
-        middles.join(&Box3 { low: at, high: at });
-    }
+    items.iter().for_each(|item| middles.join(&item.around.twice_middle()));
     let extent: [f32; 3] = std::array::from_fn(|x| middles.high[x] - middles.low[x]);
     let axis = (0..3).fold(0, |best, x| if extent[x] > extent[best] { x } else { best });
     let usable = extent[axis] > 0.0 && extent[axis].is_finite();
     if depth >= BLIND_DEPTH || !usable {
         return items.len() / 2;
     }
-    let scale = BINS as f32 / extent[axis];
+    let bins = if items.len() < FEW_ITEMS { FEW_BINS } else { BINS };
+    let scale = bins as f32 / extent[axis];
     let bin = |item: &Item| {
-        let along = (item.around.twice_middle(axis) - middles.low[axis]) * scale;
-        (along as usize).min(BINS - 1)
+        let Box3 { low, high } = &item.around;
+        ((low[axis] + high[axis] - middles.low[axis]) * scale) as usize
     };
+    let last = bins - 1;
     let mut boxes = [Box3::EMPTY; BINS];
     let mut counts = [0usize; BINS];
     for item in items.iter() {
-        let b = bin(item);
+        let b = bin(item).min(last);
         boxes[b].join(&item.around);
         counts[b] += 1;
     }
-    let Some(first_right) = cheapest(&boxes, &counts) else { return items.len() / 2 };
+    let Some(first_right) = cheapest(&boxes[..bins], &counts[..bins]) else {
+        return items.len() / 2;
+    };
     // The last bin holds the item farthest along, the first bin the nearest: neither side of a
     // partition is empty.
     let mut left = 0;
@@ -257,25 +290,28 @@ fn split(items: &mut [Item], depth: u32) -> usize {
 }
 
 /// The first bin of the right side in the cheapest split.
-fn cheapest(boxes: &[Box3; BINS], counts: &[usize; BINS]) -> Option<usize> {
-    let mut right_cost = [0.0; BINS];
+fn cheapest(boxes: &[Box3], counts: &[usize]) -> Option<usize> {
+    let mut right_cost = [f32::INFINITY; BINS];
     let mut around = Box3::EMPTY;
     let mut count = 0;
-    for b in (1..BINS).rev() {
+    for b in (1..boxes.len()).rev() {
         around.join(&boxes[b]);
         count += counts[b];
-        right_cost[b] = if count == 0 { f32::NAN } else { around.half_area() * count as f32 };
+        if count > 0 {
+            right_cost[b] = around.half_area() * count as f32;
+        }
     }
     around = Box3::EMPTY;
     count = 0;
     let mut best = (f32::INFINITY, None);
-    for b in 1..BINS {
+    for b in 1..boxes.len() {
         around.join(&boxes[b - 1]);
         count += counts[b - 1];
-        let cost = around.half_area() * count as f32 + right_cost[b];
-        // An empty side makes the cost NaN, which is never below the best.
-        if count > 0 && cost < best.0 {
-            best = (cost, Some(b));
+        if count > 0 && right_cost[b] < best.0 {
+            let cost = around.half_area() * count as f32 + right_cost[b];
+            if cost < best.0 {
+                best = (cost, Some(b));
+            }
         }
     }
     best.1

@@ -5,14 +5,13 @@
 //! libigl's `remesh_self_intersections`, and is decided by exact predicates.
 
 use super::bvh::{Box3, Bvh, Item};
-use super::span;
 use super::weld::weld_points;
 use crate::exact::{self, Point};
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::{Cancelled, Run};
 
-const BLOCK: usize = 512;
+const BLOCK: usize = 128;
 
 /// All pairs of triangles that meet outside a shared corner or edge, the lower number first,
 /// sorted.
@@ -21,25 +20,29 @@ pub fn self_intersections(mesh: &Mesh, run: &Run) -> Result<Vec<[u32; 2]>, Cance
     let points = scaled(&welding.points);
     let triangles = par::map(&mesh.triangles, |t| t.map(|p| welding.of[p as usize]));
     let corners = |t: u32| triangles[t as usize].map(|p| points[p as usize]);
-    let items = par::blocks(run, triangles.len(), 8 * BLOCK, |range| {
+    let items = par::blocks(run, triangles.len(), 32 * BLOCK, |range| {
         let solid = |t: &u32| !exact::is_flat(corners(*t));
         let item = |t| Item { around: Box3::around(&corners(t)), triangle: t };
         (range.start as u32..range.end as u32).filter(solid).map(item).collect::<Vec<_>>()
     })?;
     let tree = Bvh::new(items.concat());
-    let found = par::blocks(run, tree.items.len(), BLOCK, |range| {
+    let leaves = tree.leaves();
+    let found = par::blocks(run, leaves.len(), BLOCK, |range| {
         let mut pairs = Vec::new();
-        for &Item { around, triangle: a } in &tree.items[range] {
-            let [low, high] = span(&corners(a));
-            tree.overlaps(&around, |leaf| {
-                for &Item { triangle: b, .. } in tree.items[leaf].iter().filter(|i| i.triangle > a)
-                {
-                    let of_b = corners(b);
-                    let [low_b, high_b] = span(&of_b);
-                    let near = (0..3).all(|x| low[x] <= high_b[x] && low_b[x] <= high[x]);
-                    let [ta, tb] = [a, b].map(|t| triangles[t as usize]);
-                    if near && meet_outside_shared(&points, ta, tb) {
-                        pairs.push([a, b]);
+        for (own, around) in &leaves[range] {
+            tree.overlaps(around, |other| {
+                // Each pair of leaves is met from both; the first sees to it.
+                if other.start >= own.start {
+                    for i in own.clone() {
+                        let rest = other.start.max(i + 1)..other.end;
+                        let a = &tree.items[i];
+                        for b in tree.items[rest].iter().filter(|b| b.around.overlaps(&a.around)) {
+                            let [ta, tb] = [a, b].map(|i| triangles[i.triangle as usize]);
+                            if meet_outside_shared(&points, ta, tb) {
+                                let [a, b] = [a.triangle, b.triangle];
+                                pairs.push([a.min(b), a.max(b)]);
+                            }
+                        }
                     }
                 }
             });
@@ -69,27 +72,24 @@ fn meet_outside_shared(points: &[Point], a: [u32; 3], b: [u32; 3]) -> bool {
     match own_a.iter().filter(|&&own| own).count() {
         3 => exact::triangles_meet(at_a, at_b),
         2 => {
-            exact::segment_meets_triangle(facing(at_a, own_a, false), at_b)
-                || exact::segment_meets_triangle(facing(at_b, own_b, false), at_a)
+            let [corner, p, q] = odd_first(at_a, own_a, false);
+            let [_, r, s] = odd_first(at_b, own_b, false);
+            exact::triangles_meet_beyond(corner, [p, q], [r, s])
         }
         1 => {
             // Only triangles folded onto each other in one plane share more than their edge.
-            let [p, q] = facing(at_a, own_a, true);
-            exact::folded_flat(p, q, apex(at_a, own_a), apex(at_b, own_b))
+            let [apex_a, p, q] = odd_first(at_a, own_a, true);
+            let [apex_b, ..] = odd_first(at_b, own_b, true);
+            exact::folded_flat(p, q, apex_a, apex_b)
         }
         _ => false,
     }
 }
 
-/// The edge against the one corner that differs from the others in `own`, which is `odd`.
-fn facing(corners: [Point; 3], own: [bool; 3], odd: bool) -> [Point; 2] {
-    let i = (0..3).find(|&i| own[i] == odd).unwrap_or(0);
-    [corners[(i + 1) % 3], corners[(i + 2) % 3]]
-}
-
-/// The corner that is not shared.
-fn apex(corners: [Point; 3], own: [bool; 3]) -> Point {
-    corners[(0..3).find(|&i| own[i]).unwrap_or(0)]
+/// The corners, turned so that the one that is `odd` in `own` comes first.
+fn odd_first(mut corners: [Point; 3], own: [bool; 3], odd: bool) -> [Point; 3] {
+    corners.rotate_left((0..3).find(|&i| own[i] == odd).unwrap_or(0));
+    corners
 }
 
 #[cfg(test)]
