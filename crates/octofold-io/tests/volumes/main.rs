@@ -1,5 +1,8 @@
 //! Volumes through the front door: round trips, features of each format, damage, real files.
 
+// The lint knows test functions, but not what they share.
+#![allow(clippy::unwrap_used)]
+
 mod damage;
 mod nifti;
 mod nrrd;

@@ -103,7 +103,8 @@ fn data_lie_beside_the_header() {
     let (low, high) = all.split_at(2);
     let text: &[u8] = b"two\nlines\n\x01\x02\x03\x04";
     let late: &[u8] = &[9, 9, 9, 1, 2, 3, 4];
-    let cases: [(Vec<u8>, Vec<(&str, &[u8])>); 6] = [
+    type Files<'a> = Vec<(&'a str, &'a [u8])>;
+    let cases: [(Vec<u8>, Files<'_>); 6] = [
         (head("data file: d.raw\n"), vec![("d.raw", all)]),
         (head("datafile: d.raw\nlineskip: 2\n\n"), vec![("d.raw", text)]),
         (head("data file: d.raw\nbyte skip: 3"), vec![("d.raw", late)]),
