@@ -17,7 +17,8 @@ use crate::mesh::Mesh;
 use crate::par;
 use crate::run::{Cancelled, Run};
 use raster::{Tile, Tiles};
-use shade::Shader;
+use shade::{Shader, Weld};
+use std::sync::OnceLock;
 use view::Camera;
 
 /// Rows of pixels from the top, four bytes each: sRGB with straight alpha.
@@ -112,16 +113,17 @@ pub fn render(mesh: &Mesh, view: &View, style: &Style, run: &Run) -> Result<Pict
     run.stage("picture");
     let [width, height] = view.size;
     let camera = Camera::new(mesh, view, run)?;
-    let shader = Shader::new(mesh, style, &camera, run)?;
-    let tiles = Tiles::new(mesh, style, &camera, run)?;
+    let weld = OnceLock::new();
+    let weld = || weld.get_or_init(|| Weld::new(mesh));
+    let shader = Shader::new(mesh, style, &camera, weld, run)?;
+    let lines = if style.boundary.is_some() { weld().boundary(mesh) } else { Vec::new() };
+    let tiles = Tiles::new(mesh, lines, &camera, run)?;
     let drawn = par::blocks(run, tiles.count(), 1, |range| {
         range
             .map(|t| {
                 let tile = tiles.draw(t);
-                let pixels = shader.resolve(&tile);
-                (tile, pixels)
+                (tile.origin(), shader.resolve(&tile))
             })
-            .map(|(tile, pixels)| (tile.origin(), pixels))
             .collect::<Vec<_>>()
     })?;
     let mut rgba = vec![0; width as usize * height as usize * 4];

@@ -57,8 +57,10 @@ pub enum Sample {
     Scan,
 }
 
-/// Fewest segments around a curved face.
-const COARSEST: usize = 3;
+/// Fewest and most segments around a curved face.
+const SEGMENTS: [usize; 2] = [3, 1 << 14];
+/// Most cells along an edge of the unit cube.
+const MOST_CELLS: usize = 1 << 20;
 
 impl Sample {
     /// Every shape, in the order of `sample --list`.
@@ -117,21 +119,21 @@ impl Sample {
     /// The field on the `resolution + 1` lattice points along each edge of the unit cube, negative
     /// inside; `None` for shapes that are no solid.
     pub fn volume(self, resolution: usize) -> Option<FieldSamples> {
-        let resolution = resolution.max(1);
+        let resolution = resolution.clamp(1, MOST_CELLS);
         self.field().map(|field| FieldSamples { field, resolution })
     }
 
     /// The cells of the unit cube, `resolution` along each edge, whose centres are inside; `None`
     /// for shapes that are no solid.
     pub fn voxels(self, resolution: usize) -> Option<FieldMask> {
-        let resolution = resolution.max(1);
+        let resolution = resolution.clamp(1, MOST_CELLS);
         self.field().map(|field| FieldMask { field, resolution })
     }
 
     /// The polygons of a shape that is made of polygons, with `resolution` segments around its
     /// curved faces; `None` for shapes that are only given by their field.
     pub fn polygons(self, resolution: usize) -> Option<Soup> {
-        let segments = resolution.max(COARSEST);
+        let segments = resolution.clamp(SEGMENTS[0], SEGMENTS[1]);
         let builder = match self {
             Self::Sphere => primitive::sphere(segments),
             Self::Cube => primitive::cube(),
@@ -141,7 +143,9 @@ impl Sample {
             Self::Prism => primitive::prism(),
             Self::Torus => primitive::torus(segments),
             Self::House => house::house(),
-            Self::Scan => return Some(ScanPlan { resolution, ..ScanPlan::default() }.plant().0),
+            Self::Scan => {
+                return Some(ScanPlan { resolution: segments, ..ScanPlan::default() }.plant().0);
+            }
             _ => return None,
         };
         Some(built(builder))
@@ -209,8 +213,7 @@ impl Sample {
     }
 }
 
-/// The soup of polygons that were made here. Their indices and columns fit by construction, but
-/// at a resolution beyond 32-bit indices nothing is built.
+/// The soup of polygons that were made here: indices and columns fit by construction.
 fn built(builder: SoupBuilder) -> Soup {
     builder.build().unwrap_or_default()
 }

@@ -3,8 +3,6 @@
 //! Corners are rounded to 1/256 of a sample; edges are then decided in integers, so that two
 //! triangles along an edge neither overlap nor leave a gap.
 
-use super::Style;
-use super::shade::Weld;
 use super::view::{Camera, Projected};
 use crate::mesh::Mesh;
 use crate::par;
@@ -83,18 +81,14 @@ pub(super) struct Tiles<'a> {
 }
 
 impl<'a> Tiles<'a> {
-    /// Finds what each tile has to draw.
+    /// Finds what each tile has to draw: triangles, and boundary lines between two points.
     pub fn new(
         mesh: &'a Mesh,
-        style: &Style,
+        lines: Vec<[u32; 2]>,
         camera: &'a Camera,
         run: &Run,
     ) -> Result<Self, Cancelled> {
         let [columns, rows] = camera.size.map(|s| (s as usize).div_ceil(Tile::SIDE));
-        let lines = match style.boundary {
-            Some(_) => Weld::new(mesh).boundary(mesh),
-            None => Vec::new(),
-        };
         let mut tiles = Self {
             mesh,
             camera,

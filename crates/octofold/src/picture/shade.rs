@@ -21,7 +21,7 @@ const TINT: f32 = 0.65;
 
 /// Points by position: faces of a soup that meet there share one name.
 pub(super) struct Weld {
-    /// The first point at the place of each point.
+    /// One name for all points at the same place.
     names: Vec<u32>,
 }
 
@@ -50,14 +50,19 @@ impl Weld {
         for (t, &triangle) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = self.triangle(triangle);
             if a != b && b != c && c != a {
-                for (p, q) in [(a, b), (b, c), (c, a)] {
-                    edges.push(([p.min(q), p.max(q)], t as u32));
+                for (i, [p, q]) in [[a, b], [b, c], [c, a]].into_iter().enumerate() {
+                    edges.push(([p.min(q), p.max(q)], (3 * t + i) as u32));
                 }
             }
         }
         par::sort_by_key(&mut edges, |&edge| edge);
-        let runs = edges.chunk_by(|x, y| x.0 == y.0);
-        runs.filter(|run| run.len() == 1).map(|run| run[0].0).collect()
+        let alone = edges.chunk_by(|x, y| x.0 == y.0).filter(|run| run.len() == 1);
+        alone
+            .map(|run| {
+                let (t, i) = (run[0].1 as usize / 3, run[0].1 as usize % 3);
+                [mesh.triangles[t][i], mesh.triangles[t][(i + 1) % 3]]
+            })
+            .collect()
     }
 
     /// Faces around each point, as starts and faces.
@@ -106,11 +111,12 @@ impl<'a> Shader<'a> {
         mesh: &'a Mesh,
         style: &'a Style,
         camera: &'a Camera,
+        weld: impl FnOnce() -> &'a Weld,
         run: &Run,
     ) -> Result<Self, Cancelled> {
         let normals = match style.shading {
             Shading::Flat => None,
-            Shading::Smooth { crease } => Some(corner_normals(mesh, crease, run)?),
+            Shading::Smooth { crease } => Some(corner_normals(mesh, crease, weld, run)?),
         };
         let light = |right: f64, up: f64, back: f64, colour| Light {
             towards: (camera.right * right + camera.up * up + camera.back * back)
@@ -291,7 +297,12 @@ fn face_normal(mesh: &Mesh, t: usize) -> DVec3 {
 }
 
 /// The mesh's own normals at corners, or those of the faces around that lie within the crease.
-fn corner_normals(mesh: &Mesh, crease: f64, run: &Run) -> Result<Vec<[f32; 3]>, Cancelled> {
+fn corner_normals<'a>(
+    mesh: &Mesh,
+    crease: f64,
+    weld: impl FnOnce() -> &'a Weld,
+    run: &Run,
+) -> Result<Vec<[f32; 3]>, Cancelled> {
     if let Some(normals) = &mesh.attributes.corner_normals {
         return Ok(normals.clone());
     }
@@ -299,7 +310,7 @@ fn corner_normals(mesh: &Mesh, crease: f64, run: &Run) -> Result<Vec<[f32; 3]>, 
         let corners = mesh.triangles.as_flattened();
         return Ok(corners.iter().map(|&p| normals[p as usize]).collect());
     }
-    let weld = Weld::new(mesh);
+    let weld = weld();
     let (starts, faces) = weld.around(mesh);
     let areas: Vec<DVec3> = par::blocks(run, mesh.triangles.len(), BLOCK, |range| {
         range.map(|t| face_normal(mesh, t)).collect::<Vec<_>>()

@@ -105,19 +105,26 @@ fn front_and_back(house: &mut House) {
     );
 }
 
-/// A long wall: two windows in a grid of rectangles.
+/// A long wall in two halves, each four frames around a window, so that the wall's ends are whole
+/// edges as those of the gables are.
 fn side(house: &mut House, x: f64, right: bool) {
-    let columns = [Y[0], 0.24, 0.40, 0.60, 0.76, Y[1]];
-    let rows = [GROUND, 0.18, 0.32, WALL_TOP];
-    for (c, y) in columns.windows(2).enumerate() {
-        for (r, z) in rows.windows(2).enumerate() {
-            let glass = r == 1 && (c == 1 || c == 3);
-            let mut corners = [[x, y[0], z[0]], [x, y[1], z[0]], [x, y[1], z[1]], [x, y[0], z[1]]];
+    let halves = [([Y[0], MIDDLE], [0.24, 0.40]), ([MIDDLE, Y[1]], [0.60, 0.76])];
+    for (wall, window) in halves {
+        let ring = |[y0, y1]: [f64; 2], [z0, z1]: [f64; 2]| {
+            [[x, y0, z0], [x, y1, z0], [x, y1, z1], [x, y0, z1]]
+        };
+        let (outer, inner) = (ring(wall, [GROUND, WALL_TOP]), ring(window, [0.18, 0.32]));
+        let mut face = |material, mut corners: [[f64; 3]; 4]| {
             if !right {
                 corners.reverse();
             }
-            house.face(if glass { GLASS } else { WALL }, &corners);
+            house.face(material, &corners);
+        };
+        for i in 0..4 {
+            let j = (i + 1) % 4;
+            face(WALL, [outer[i], outer[j], inner[j], inner[i]]);
         }
+        face(GLASS, inner);
     }
 }
 

@@ -71,6 +71,8 @@ pub struct ScanCensus {
 
 /// Smallest number of faces around: the shape is a cube of 4 x 4 squares a side.
 const COARSEST: usize = 16;
+/// Largest: the points of the cube's surface then fit 32-bit indices with room to spare.
+const FINEST: usize = 1 << 14;
 /// Middle radius of the pebble; its relief stays within 0.1 of it.
 const RADIUS: f64 = 0.36;
 const INNER_RADIUS: f64 = 0.03;
@@ -81,7 +83,7 @@ impl ScanPlan {
     /// The soup and what is wrong with it.
     pub fn plant(&self) -> (Soup, ScanCensus) {
         let mut random = Random::new(self.seed);
-        let mut scan = Scan::pebble(self.resolution.max(COARSEST), &mut random);
+        let mut scan = Scan::pebble(self.resolution.clamp(COARSEST, FINEST), &mut random);
         let mut census = ScanCensus::default();
         for nth in 0..self.holes {
             scan.hole(1 + nth % 2, &mut random, &mut census);
