@@ -73,7 +73,7 @@ pub struct Distances {
 pub struct Comparison {
     pub a_to_b: Distances,
     pub b_to_a: Distances,
-    pub hausdorff: f64,
+    pub hausdorff: Option<f64>,
     pub diagonal: f64,
     pub volume_a: Option<f64>,
     pub volume_b: Option<f64>,

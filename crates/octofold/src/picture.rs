@@ -19,7 +19,19 @@ pub struct View;
 
 /// How.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Style;
+#[allow(missing_docs)]
+pub struct Style {
+    pub boundary: Option<[u8; 3]>,
+}
+
+impl Style {
+    /// Red.
+    pub const RED: [u8; 3] = [226, 22, 30];
+}
+
+/// How slices look.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SliceStyle;
 
 /// Draws a mesh.
 pub fn render(_: &Mesh, _: &View, _: &Style, _: &Run) -> Result<Picture, Cancelled> {
@@ -27,6 +39,6 @@ pub fn render(_: &Mesh, _: &View, _: &Style, _: &Run) -> Result<Picture, Cancell
 }
 
 /// Draws slices.
-pub fn slices(_: &dyn Volume, _: &Run) -> Result<Picture, VolumeError> {
+pub fn slices(_: &dyn Volume, _: &SliceStyle, _: &Run) -> Result<Picture, VolumeError> {
     Ok(Picture { width: 1, height: 1, rgba: vec![0; 4] })
 }

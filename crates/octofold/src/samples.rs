@@ -2,15 +2,15 @@
 
 use crate::run::{Cancelled, Run};
 use crate::soup::Soup;
-use crate::spans::Spans;
+use crate::volume::{DenseVolume, Placement};
 
 /// A built-in shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Sample {
-    Sphere,
+    Cone,
     Torus,
-    Cube,
+    Cylinder,
     Kettle,
     Gyroid,
     Scan,
@@ -19,13 +19,13 @@ pub enum Sample {
 impl Sample {
     /// All.
     pub const ALL: [Self; 6] =
-        [Self::Sphere, Self::Torus, Self::Cube, Self::Kettle, Self::Gyroid, Self::Scan];
+        [Self::Cone, Self::Torus, Self::Cylinder, Self::Kettle, Self::Gyroid, Self::Scan];
     /// Name.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Sphere => "sphere",
+            Self::Cone => "cone",
             Self::Torus => "torus",
-            Self::Cube => "cube",
+            Self::Cylinder => "cylinder",
             Self::Kettle => "kettle",
             Self::Gyroid => "gyroid",
             Self::Scan => "scan",
@@ -40,12 +40,12 @@ impl Sample {
         "a shape"
     }
     /// Gray.
-    pub fn volume(self, _: usize) -> Option<Spans> {
-        Some(Spans)
+    pub fn volume(self, _: usize) -> Option<DenseVolume<f32>> {
+        DenseVolume::new([1; 3], vec![0.0], Placement::default())
     }
     /// Binary.
-    pub fn voxels(self, _: usize) -> Option<Spans> {
-        Some(Spans)
+    pub fn voxels(self, _: usize) -> Option<DenseVolume<f32>> {
+        DenseVolume::new([1; 3], vec![0.0], Placement::default())
     }
     /// Polygons.
     pub fn mesh(self, _: usize, _: &Run) -> Result<Soup, Cancelled> {

@@ -34,18 +34,12 @@ pub enum Fill {
 
 /// Options of [`voxelize`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
 pub struct VoxelizeOptions {
     /// How large the voxels are.
     pub size: Size,
     /// Which are set.
+    #[serde(default)]
     pub fill: Fill,
-}
-
-impl Default for VoxelizeOptions {
-    fn default() -> Self {
-        Self { size: Size::Resolution(128), fill: Fill::Solid }
-    }
 }
 
 /// Why a mesh could not be voxelized.

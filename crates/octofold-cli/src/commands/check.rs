@@ -105,8 +105,13 @@ impl Check {
             let apart = measure::compare(&mesh, &reference, *samples, &job.run)?;
             claims.push(Claim {
                 name: "within",
-                holds: apart.hausdorff <= *distance,
-                fact: format!("{} apart at most, {distance} allowed", apart.hausdorff),
+                holds: apart.hausdorff.is_some_and(|d| d <= *distance),
+                fact: match apart.hausdorff {
+                    Some(found) => {
+                        format!("the furthest samples are {found:?} apart, {distance:?} is allowed")
+                    }
+                    None => "one of the two has no triangles".into(),
+                },
                 places: Vec::new(),
             });
         }
