@@ -5,27 +5,29 @@ use anyhow::{Context, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What everything may import.
-const FREE: [&str; 6] = ["attributes", "bits", "exact", "par", "run", "scan"];
+/// What everything may import: context, columns and arithmetic.
+const FREE: [&str; 6] = ["attributes", "exact", "par", "radix", "run", "scan"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 16] = [
+const TABLE: [(&str, &[&str]); 18] = [
+    ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
+    ("lib", ALL),
     ("measure", &["mesh"]),
     ("mesh", &["soup"]),
-    ("octree", &["lattice", "mesh", "volume"]),
+    ("octree", &["bits", "lattice", "mesh", "volume", "voxelize"]),
     ("picture", &["mesh", "volume"]),
+    ("pipeline", ALL),
     ("polygon", &[]),
     ("report", &["histogram", "measure", "mesh", "pipeline", "volume"]),
     ("samples", &["mesh", "soup", "surface", "volume"]),
+    ("solid", &["measure", "mesh", "soup"]),
     ("soup", &["mesh", "polygon"]),
     ("spans", &["lattice", "volume"]),
-    ("surface", &["histogram", "lattice", "mesh", "octree", "spans", "volume"]),
+    ("surface", &["bits", "histogram", "lattice", "mesh", "octree", "spans", "volume"]),
     ("volume", &[]),
-    ("voxelize", &["lattice", "measure", "mesh", "octree", "spans", "volume"]),
-    ("lib", ALL),
-    ("pipeline", ALL),
+    ("voxelize", &["lattice", "measure", "mesh", "spans", "volume"]),
 ];
 
 /// Stands for every module.

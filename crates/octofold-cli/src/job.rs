@@ -4,7 +4,7 @@ use crate::arguments::Cli;
 use crate::files::{Input, Output};
 use crate::memory;
 use crate::terminal::{Loudness, Terminal};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use octofold::pipeline::{self, Shape, Step};
 use octofold::report::{Answer, Report, ShapeMeasures};
 use octofold::{Cancel, Kind, Run};
@@ -62,16 +62,17 @@ impl Job {
     pub fn convert(&self, input: &Input, steps: Vec<Step>, output: &Output) -> Result<Outcome> {
         self.refuse_mixed_output(output)?;
         let opened = input.open()?;
-        let kind = pipeline::outcome(opened.kind(), &steps)
-            .with_context(|| advice(opened.kind(), output.kind()))?;
-        if kind != output.kind() {
-            let wanted = output.kind();
-            bail!(
-                "{} holds a {wanted}, but there is a {kind} to write: {}",
-                output.name(),
-                advice(opened.kind(), wanted)
-            );
-        }
+        let (from, to) = (opened.kind(), output.kind());
+        let kind = match pipeline::outcome(from, &steps) {
+            Err(error) if from != to => return Err(error).context(advice(from, to)),
+            other => other?,
+        };
+        ensure!(
+            kind == to,
+            "{} holds a {to}, but there is a {kind} to write: {}",
+            output.name(),
+            advice(from, to)
+        );
         let shape = opened.read(&self.run)?;
         let input = self.measures(&shape)?;
         let shape = pipeline::pipeline(shape, &steps, &self.run)?;

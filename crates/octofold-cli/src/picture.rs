@@ -6,11 +6,13 @@ use octofold::{Run, Shape};
 use octofold_io::WriteError;
 use std::path::Path;
 
-/// Draws a mesh, or a volume as slices, into a PNG file.
+/// Draws a mesh, its boundary in red, or the middle slices of a volume into a PNG file.
 pub fn draw(shape: &Shape, path: &Path, run: &Run) -> Result<()> {
-    run.stage("picture");
     let Picture { width, height, rgba } = match shape {
-        Shape::Soup(soup) => render(&soup.triangulate(), &View::default(), &Style::default(), run)?,
+        Shape::Soup(soup) => {
+            let style = Style { boundary: Some(Style::RED), ..Style::default() };
+            render(&soup.triangulate(), &View::default(), &style, run)?
+        }
         Shape::Volume(volume) => slices(volume.as_ref(), &SliceStyle::default(), run)?,
     };
     let bytes = octofold_io::png::encode(width, height, &rgba)?;

@@ -219,12 +219,13 @@ fn with_iso(
 }
 
 /// Whole-number volumes with at most this many different values may well be labels.
-const FEW_VALUES: usize = 64;
+const FEW_VALUES: usize = 128;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::volume::{DenseVolume, Placement};
+    use crate::voxelize::{Fill, Size};
 
     #[test]
     fn steps_that_do_not_fit_are_named() {
@@ -238,7 +239,7 @@ mod tests {
     fn steps_are_plain_data() {
         let steps = vec![
             Step::Triangulate,
-            Step::Voxelize(VoxelizeOptions::default()),
+            Step::Voxelize(VoxelizeOptions { size: Size::Resolution(128), fill: Fill::Solid }),
             Step::Surface(SurfaceOptions::default()),
         ];
         let text = serde_json::to_string(&steps).unwrap();

@@ -143,9 +143,13 @@ pub struct ValueCount {
 const LISTED_VALUES: usize = 256;
 
 impl VolumeMeasures {
-    /// Reads the whole volume.
+    /// Reads the whole volume, unless it knows how many of its samples are 1.
     pub fn of(volume: &dyn Volume, run: &Run) -> Result<Self, VolumeError> {
-        let histogram = Histogram::of(volume, run)?;
+        let known = if volume.is_binary() { volume.nonzero() } else { None };
+        let histogram = match known {
+            Some(ones) => of_mask(Region::all(volume.dims()), ones),
+            None => Histogram::of(volume, run)?,
+        };
         let placement = volume.placement();
         let table = volume.labels();
         let listed = |v: &Vec<_>| v.len() <= LISTED_VALUES || !table.is_empty();
@@ -175,6 +179,17 @@ impl VolumeMeasures {
             values,
         })
     }
+}
+
+/// The histogram of a mask with `ones` samples that are 1. The box may hold more samples than a
+/// machine could visit.
+fn of_mask(region: Region, ones: u64) -> Histogram {
+    let all: u64 = region.dims().iter().map(|&d| d as u64).product();
+    let (zeros, empty) = (all - ones, all == 0);
+    let low = if zeros > 0 { 0.0 } else { 1.0 };
+    let high = if ones > 0 { 1.0 } else { 0.0 };
+    let counts = [zeros, ones].into_iter().filter(|&n| n > 0).collect();
+    Histogram { range: (!empty).then_some([low, high]), not_finite: 0, counts, exact: true }
 }
 
 /// The box around the centres of all samples of `region`.
@@ -214,5 +229,15 @@ mod tests {
         assert_eq!(m.values, Some(expected));
         assert_eq!((m.nonzero, m.spacing), (Some(3), [2.0, 1.0, 1.0]));
         assert_eq!(m.bounds, Some([[0.0; 3], [6.0, 0.0, 0.0]]));
+    }
+
+    #[test]
+    fn a_mask_is_counted_without_reading() {
+        for (samples, ones) in [(vec![0u8, 1, 1], 2), (vec![1, 1, 1], 3), (vec![0, 0, 0], 0)] {
+            let v = DenseVolume::new([3, 1, 1], samples, Placement::default()).unwrap();
+            let read = Histogram::of(&v, &Run::default()).unwrap();
+            assert_eq!(of_mask(Region::all([3, 1, 1]), ones), read);
+        }
+        assert_eq!(of_mask(Region::all([0, 4, 4]), 0).range, None);
     }
 }

@@ -247,6 +247,11 @@ pub trait Volume: Send + Sync {
         None
     }
 
+    /// How many samples are not 0, where that is known without reading them.
+    fn nonzero(&self) -> Option<u64> {
+        None
+    }
+
     /// True where samples are only 0 and 1: surfaces then run midway between samples.
     fn is_binary(&self) -> bool {
         false

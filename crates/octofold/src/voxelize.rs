@@ -29,7 +29,7 @@ pub enum Size {
 
 /// Which cells are set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "lowercase")]
 pub enum Fill {
     /// Cells whose centre is inside.
     #[default]
@@ -38,9 +38,11 @@ pub enum Fill {
     Surface,
     /// Cells in which the surface crosses a line from the centre to a face, an edge or a corner.
     /// Still no path passes, with fewer cells.
+    #[serde(rename = "thin26")]
     ThinSurface26,
     /// Cells in which the surface crosses a line from the centre to a face: no path of cells that
     /// share a face passes.
+    #[serde(rename = "thin6")]
     ThinSurface6,
 }
 

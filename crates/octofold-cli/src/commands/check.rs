@@ -105,10 +105,12 @@ impl Check {
             let apart = measure::compare(&mesh, &reference, *samples, &job.run)?;
             claims.push(Claim {
                 name: "within",
-                holds: apart.hausdorff.is_some_and(|h| h <= *distance),
+                holds: apart.hausdorff.is_some_and(|d| d <= *distance),
                 fact: match apart.hausdorff {
-                    Some(h) => format!("{h} apart at most, {distance} allowed"),
-                    None => "there is no surface to compare".into(),
+                    Some(found) => {
+                        format!("the furthest samples are {found:?} apart, {distance:?} is allowed")
+                    }
+                    None => "one of the two has no triangles".into(),
                 },
                 places: Vec::new(),
             });

@@ -13,7 +13,7 @@ use octofold::report::ShapeMeasures;
 use octofold::samples::Sample;
 use octofold::surface::{Inside, SurfaceOptions};
 use octofold::volume::{DenseVolume, Label, Region};
-use octofold::voxelize::{Size, VoxelizeOptions};
+use octofold::voxelize::{Fill, Size, VoxelizeOptions};
 use octofold::{Shape, Step, Volume, pipeline};
 use page::{Panel, Scene};
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ pub struct Args {
 }
 
 /// Voxels along the longest side of whatever the demo voxelizes.
-const RESOLUTION: u32 = 160;
+const RESOLUTION: u32 = 128;
 
 impl Args {
     /// Makes all files and the page.
@@ -55,13 +55,7 @@ struct Stage<'a> {
 
 impl Stage<'_> {
     fn scan(&self) -> Result<Scene> {
-        let (size, open) = (RESOLUTION.to_string(), Sample::Scan);
-        let scan = open.mesh(64, &self.job.run)?.into();
-        let commands = vec![
-            "octofold sample scan scan.ply".into(),
-            format!("octofold voxelize scan.ply scan.nrrd --resolution {size}"),
-            "octofold surface scan.nrrd scan-closed.ply".into(),
-        ];
+        let scan = Sample::Scan.mesh(64, &self.job.run)?.into();
         Ok(Scene {
             title: "A damaged scan becomes a solid",
             text: "A scan-like surface with planted defects: holes, flipped and repeated faces, \
@@ -72,7 +66,11 @@ impl Stage<'_> {
                 self.arrow("scan.ply", voxels(), "scan.nrrd")?,
                 self.arrow("scan.nrrd", surface(), "scan-closed.ply")?,
             ],
-            commands,
+            commands: vec![
+                "octofold sample scan scan.ply".into(),
+                format!("octofold voxelize scan.ply scan.nrrd --resolution {RESOLUTION}"),
+                "octofold surface scan.nrrd scan-closed.ply".into(),
+            ],
         })
     }
 
@@ -155,10 +153,7 @@ impl Stage<'_> {
 }
 
 fn voxels() -> Step {
-    Step::Voxelize(VoxelizeOptions {
-        size: Size::Resolution(RESOLUTION),
-        ..VoxelizeOptions::default()
-    })
+    Step::Voxelize(VoxelizeOptions { size: Size::Resolution(RESOLUTION), fill: Fill::Solid })
 }
 
 fn surface() -> Step {
@@ -168,9 +163,9 @@ fn surface() -> Step {
 /// Three shapes in one volume of labels; where they overlap, the first wins.
 fn atlas() -> Result<DenseVolume<u8>> {
     let shapes = [
-        (Sample::Sphere, [230, 120, 60, 255]),
-        (Sample::Torus, [70, 140, 210, 255]),
-        (Sample::Cube, [120, 180, 90, 255]),
+        (Sample::Torus, [230, 120, 60, 255]),
+        (Sample::Cone, [70, 140, 210, 255]),
+        (Sample::Cylinder, [120, 180, 90, 255]),
     ];
     let mut samples = Vec::new();
     let mut labels = Vec::new();
