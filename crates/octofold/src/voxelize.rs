@@ -94,14 +94,14 @@ pub fn facets(mesh: &Mesh, lattice: &Lattice) -> Vec<Facet> {
 }
 
 /// What the triangles bound, judged on the lattice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 enum Boundary {
     /// Every edge is passed as often one way as the other.
     Oriented,
     /// Every edge has an even number of triangles.
     Even,
-    /// This many edges have an odd number of triangles.
-    Open(u64),
+    /// These edges have an odd number of triangles.
+    Open(Vec<[[i32; 3]; 2]>),
 }
 
 /// The cells whose centre is inside.
@@ -125,7 +125,8 @@ pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancell
             ));
             fill_rows(lattice, borders(&facets, lattice, run)?, |_, odd| odd, run)
         }
-        Boundary::Open(edges) => {
+        Boundary::Open(open) => {
+            let edges = open.len();
             run.finding(
                 Finding::warning(
                     "winding-fill",
@@ -135,7 +136,7 @@ pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancell
                          repair the mesh for an exact result"
                     ),
                 )
-                .of(edges),
+                .of(edges as u64),
             );
             let borders = borders(&facets, lattice, run)?;
             run.stage("scan surface");
@@ -143,6 +144,7 @@ pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancell
                 lattice,
                 touched: touched(&facets, lattice, run, |cell, _| Some(cell))?,
                 borders: radix::sort(borders, X_BITS + 1, Equal::Keep).concat(),
+                rims: unclosed::rims(&open, lattice),
                 winding: Winding::new(mesh),
             };
             fill_rows(lattice, unclosed.fill(run)?, |w, _| w != 0, run)
@@ -152,30 +154,36 @@ pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancell
 
 fn boundary(facets: &[Facet]) -> Boundary {
     let mut names: FxHashMap<[i32; 3], u32> = FxHashMap::default();
+    let mut points = Vec::new();
     let mut edges = Vec::with_capacity(3 * facets.len());
     for facet in facets {
         let ids = facet.map(|p| {
-            let next = names.len() as u32;
-            *names.entry(p).or_insert(next)
+            *names.entry(p).or_insert_with(|| {
+                points.push(p);
+                points.len() as u32 - 1
+            })
         });
         for i in 0..3 {
             let (a, b) = (ids[i], ids[(i + 1) % 3]);
             if a != b {
-                edges.push(((u64::from(a.min(b)) << 32 | u64::from(a.max(b))), a < b));
+                edges.push(([a.min(b), a.max(b)], a < b));
             }
         }
     }
     par::sort(&mut edges);
-    let (mut odd, mut unbalanced) = (0, 0);
+    let mut open = Vec::new();
+    let mut balanced = true;
     for edge in edges.chunk_by(|a, b| a.0 == b.0) {
         let forward = edge.iter().filter(|e| e.1).count();
-        odd += edge.len() as u64 & 1;
-        unbalanced += usize::from(2 * forward != edge.len());
+        balanced &= 2 * forward == edge.len();
+        if edge.len() % 2 == 1 {
+            open.push(edge[0].0.map(|p| points[p as usize]));
+        }
     }
-    match (odd, unbalanced) {
-        (0, 0) => Boundary::Oriented,
-        (0, _) => Boundary::Even,
-        _ => Boundary::Open(odd),
+    match (open.is_empty(), balanced) {
+        (true, true) => Boundary::Oriented,
+        (true, false) => Boundary::Even,
+        _ => Boundary::Open(open),
     }
 }
 

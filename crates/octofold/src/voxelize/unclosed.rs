@@ -3,8 +3,9 @@
 //! The winding number is dear to evaluate and rarely needed: away from the surface it is smooth,
 //! so octants without surface are taken whole where a few samples agree, and in a block that the
 //! surface enters each connected set of free cells is. Across the surface it jumps by one for each
-//! crossing, so a touched cell follows from a free one in its row. Only where samples are not near
-//! a whole number, at the holes, or where a row contradicts itself, is it evaluated cell by cell.
+//! crossing, so a touched cell follows from a free one in its row. Only near the rims of holes,
+//! where samples are not near a whole number, or where a row contradicts itself, is it evaluated
+//! cell by cell.
 
 use super::{X_BITS, border, row_major};
 use crate::lattice::Lattice;
@@ -13,6 +14,7 @@ use crate::par;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
 use crate::volume::{Block, Region, Volume};
+use rustc_hash::FxHashSet;
 
 /// Cells along a block that is looked at cell by cell if the surface enters it.
 const BLOCK: u32 = 16;
@@ -33,7 +35,29 @@ pub(super) struct Unclosed<'a> {
     pub touched: Spans,
     /// Where rows enter and leave the surface, sorted.
     pub borders: Vec<u64>,
+    /// Blocks near the rims of holes.
+    pub rims: FxHashSet<[u32; 3]>,
     pub winding: Winding,
+}
+
+/// The blocks within half a block of edges with an odd number of triangles.
+pub(super) fn rims(edges: &[[[i32; 3]; 2]], lattice: &Lattice) -> FxHashSet<[u32; 3]> {
+    let mut blocks = FxHashSet::default();
+    for [p, q] in edges {
+        let block = |a: usize, step: i32, reach: i64| {
+            let cell = i64::from(step >> lattice.sub_bits()) + reach;
+            cell.clamp(0, i64::from(lattice.cells()[a])) as u32 / BLOCK
+        };
+        let reach = i64::from(BLOCK / 2);
+        let low: [u32; 3] = std::array::from_fn(|a| block(a, p[a].min(q[a]), -reach));
+        let high: [u32; 3] = std::array::from_fn(|a| block(a, p[a].max(q[a]), reach));
+        for z in low[2]..=high[2] {
+            for y in low[1]..=high[1] {
+                blocks.extend((low[0]..=high[0]).map(|x| [x, y, z]));
+            }
+        }
+    }
+    blocks
 }
 
 /// Winding number of a cell as far as it is known.
@@ -103,7 +127,8 @@ impl Unclosed<'_> {
             return;
         }
         let region = Region { start: low.map(|i| i as usize), end: high.map(|i| i as usize) };
-        if self.touched.bounds(region) == Some([0.0, 0.0]) {
+        let rim = size == BLOCK && self.rims.contains(&low.map(|i| i / BLOCK));
+        if !rim && self.touched.bounds(region) == Some([0.0, 0.0]) {
             let first = self.at(low);
             let same = |c: u32| {
                 let sample = std::array::from_fn(|a| match c {
@@ -123,7 +148,7 @@ impl Unclosed<'_> {
             }
         }
         if size == BLOCK {
-            return self.block(low, region, fill);
+            return self.block(low, region, rim, fill);
         }
         for octant in 0..8 {
             let child = std::array::from_fn(|a| low[a] + (octant >> a & 1) * size / 2);
@@ -132,7 +157,13 @@ impl Unclosed<'_> {
     }
 
     /// Fills one block, cell by cell.
-    fn block(&self, low: [u32; 3], region: Region, fill: &mut impl FnMut([u32; 3], u32)) {
+    fn block(
+        &self,
+        low: [u32; 3],
+        region: Region,
+        rim: bool,
+        fill: &mut impl FnMut([u32; 3], u32),
+    ) {
         let dims = region.dims();
         let Ok(Block::U8(touched)) = self.touched.read(region) else {
             return;
@@ -142,7 +173,11 @@ impl Unclosed<'_> {
             std::array::from_fn(|a| low[a] + local[a] as u32)
         };
         let mut values = vec![Value::Unknown; touched.len()];
-        let mut seen: Vec<bool> = touched.iter().map(|&t| t == 1).collect();
+        if rim {
+            let numbers: Vec<usize> = (0..values.len()).collect();
+            values = par::map(&numbers, |&i| self.at(cell(i)));
+        }
+        let mut seen: Vec<bool> = touched.iter().map(|&t| rim || t == 1).collect();
         for start in 0..values.len() {
             if seen[start] {
                 continue;
