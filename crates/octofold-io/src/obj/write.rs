@@ -73,7 +73,7 @@ fn lines(
     }
     let (mut label, mut material) = (None, None);
     for f in 0..soup.faces() {
-        if f % BLOCK == 0 {
+        if f.is_multiple_of(BLOCK) {
             run.check()?;
         }
         let own = a.face_labels.as_ref().map(|labels| labels[f]);
