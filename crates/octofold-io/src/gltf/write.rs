@@ -246,16 +246,14 @@ impl Document {
 
 /// Faces by material, each with the material's place; those without stand behind all others.
 fn by_material(a: &Attributes, faces: &[u32]) -> Vec<(usize, Vec<u32>)> {
-    let Some(of_face) = &a.face_materials else {
-        let all = (!faces.is_empty()).then(|| (0, faces.to_vec()));
-        return all.into_iter().collect();
+    let material = |&face: &u32| match &a.face_materials {
+        Some(of_face) => (of_face[face as usize] as usize).min(a.materials.len()),
+        None => 0,
     };
-    let mut groups = vec![Vec::new(); a.materials.len() + 1];
-    for &face in faces {
-        let material = (of_face[face as usize] as usize).min(a.materials.len());
-        groups[material].push(face);
-    }
-    groups.into_iter().enumerate().filter(|(_, faces)| !faces.is_empty()).collect()
+    let mut faces = faces.to_vec();
+    faces.sort_by_key(material);
+    let same = |a: &u32, b: &u32| material(a) == material(b);
+    faces.chunk_by(same).map(|group| (material(&group[0]), group.to_vec())).collect()
 }
 
 /// Points of some faces, one for each distinct set of corner values.

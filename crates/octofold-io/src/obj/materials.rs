@@ -5,7 +5,7 @@ use crate::text::{Statements, decoded, leading_number, name, split_word, words};
 use crate::{Files, ReadError};
 use octofold::attributes::Texture;
 use octofold::{Finding, Material, Run};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// All materials of the files that were found, by name.
 #[derive(Default)]
@@ -20,10 +20,8 @@ impl Library {
     /// sound without it.
     pub(super) fn load(named: &[Vec<u8>], files: &dyn Files, run: &Run) -> Self {
         let mut library = Self::default();
-        for (i, statement) in named.iter().enumerate() {
-            if named[..i].contains(statement) {
-                continue;
-            }
+        let mut seen = FxHashSet::default();
+        for statement in named.iter().filter(|&statement| seen.insert(statement)) {
             match open(statement, files) {
                 Ok(found) => found.iter().for_each(|b| library.read(b, files, run)),
                 Err(error) => run.finding(Finding::warning(
