@@ -24,6 +24,7 @@ use json::validation::Checked;
 use json::{Index, Root};
 use materials::{Materials, Skin};
 use octofold::{Attributes, Finding, LengthUnit, Run, Soup, SoupBuilder};
+use rustc_hash::FxHashMap;
 
 const FORMAT: &str = "gltf";
 
@@ -129,7 +130,7 @@ impl<'a> Reader<'a> {
             self.skinned += u64::from(node.skin.is_some());
             let label = several.then_some(i as u32 + 1);
             let first = self.builder.faces();
-            let mut known = Vec::new();
+            let mut known = FxHashMap::default();
             for (p, primitive) in mesh.primitives.iter().enumerate() {
                 let place = format!("mesh {} primitive {p}", instance.mesh.value());
                 self.primitive(primitive, &place, &instance.world, label, &mut known)?;
@@ -186,8 +187,9 @@ impl<'a> Reader<'a> {
         place: &str,
         world: &DMat4,
         label: Option<u32>,
-        known: &mut Vec<([Option<usize>; 3], u32)>,
+        known: &mut FxHashMap<[Option<usize>; 3], u32>,
     ) -> Result<(), ReadError> {
+        self.buffers.budget.spend(1)?;
         let Checked::Valid(mode) = primitive.mode else {
             return Err(malformed(format!("{place} has an unknown mode")));
         };
@@ -207,8 +209,8 @@ impl<'a> Reader<'a> {
         // Primitives of a mesh often share their points.
         let key = [Some(positions), normals, colours].map(|a| a.map(|a| a.value()));
         let count = self.count(positions, place)?;
-        let base = match known.iter().find(|(other, _)| *other == key) {
-            Some(&(_, base)) => base,
+        let base = match known.get(&key) {
+            Some(&base) => base,
             None => {
                 let base = self.builder.points.len();
                 if base + count >= u32::MAX as usize {
@@ -223,7 +225,7 @@ impl<'a> Reader<'a> {
                 if let Some(colours) = colours {
                     self.colours(colours, base, count, place)?;
                 }
-                known.push((key, base));
+                known.insert(key, base);
                 base
             }
         };

@@ -28,10 +28,10 @@ pub fn read(source: &Source, run: &Run) -> Result<Soup, ReadError> {
     let text = decoded(&source.bytes);
     let mut statements = Statements::new(&text);
     let mut reader = Reader::default();
-    let mut count = 0;
+    let mut count = 0u64;
     while let Some((line, text)) = statements.next() {
         count += 1;
-        if count % BLOCK == 0 {
+        if count.is_multiple_of(BLOCK) {
             run.check()?;
         }
         reader.statement(line, text)?;

@@ -28,13 +28,13 @@ pub fn read(source: &Source, run: &Run) -> Result<Soup, ReadError> {
     words.next_on_line();
     let mut reader = Reader { kind, builder: SoupBuilder::default(), uvs: None, skipped: 0 };
     for i in 0..points {
-        if i % BLOCK == 0 {
+        if i.is_multiple_of(BLOCK) {
             run.check()?;
         }
         reader.point(i, points, &mut words)?;
     }
     for i in 0..faces {
-        if i % BLOCK == 0 {
+        if i.is_multiple_of(BLOCK) {
             run.check()?;
         }
         reader.face(i, faces, &mut words)?;

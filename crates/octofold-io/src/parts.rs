@@ -3,10 +3,18 @@
 use octofold::{Attributes, Material};
 use rustc_hash::FxHashMap;
 
-/// Name of a label: its own where it has one.
-pub(crate) fn label_name(attributes: &Attributes, label: u32) -> String {
-    let named = attributes.label_names.iter().find(|(l, n)| *l == label && !n.trim().is_empty());
-    named.map_or_else(|| format!("label {label}"), |(_, name)| name.clone())
+/// Names of labels: their own where they have one.
+pub(crate) struct LabelNames<'a>(FxHashMap<u32, &'a str>);
+
+impl<'a> LabelNames<'a> {
+    pub(crate) fn new(attributes: &'a Attributes) -> Self {
+        let named = attributes.label_names.iter().filter(|(_, name)| !name.trim().is_empty());
+        Self(named.map(|(label, name)| (*label, name.as_str())).collect())
+    }
+
+    pub(crate) fn of(&self, label: u32) -> String {
+        self.0.get(&label).map_or_else(|| format!("label {label}"), |name| (*name).to_owned())
+    }
 }
 
 /// Faces of one label.
@@ -25,9 +33,10 @@ pub(crate) fn parts(attributes: &Attributes, faces: usize) -> Vec<Part> {
     let mut distinct = labels.clone();
     distinct.sort_unstable();
     distinct.dedup();
+    let names = LabelNames::new(attributes);
     let mut parts: Vec<_> = distinct
         .iter()
-        .map(|&label| Part { name: Some(label_name(attributes, label)), faces: Vec::new() })
+        .map(|&label| Part { name: Some(names.of(label)), faces: Vec::new() })
         .collect();
     for (face, label) in labels.iter().enumerate() {
         if let Ok(part) = distinct.binary_search(label) {

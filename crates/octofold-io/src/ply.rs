@@ -43,7 +43,7 @@ pub fn read(source: &Source, run: &Run) -> Result<Soup, ReadError> {
         // Without properties, records are nothing however many there are.
         let records = if fields.is_empty() { 0 } else { element.count };
         for i in 0..records {
-            if i % BLOCK == 0 {
+            if i.is_multiple_of(BLOCK) {
                 run.check()?;
             }
             reader.record(i, element, &fields, &mut values)?;
@@ -284,7 +284,7 @@ impl Reader {
                 && b != c
                 && c != a
             {
-                let odd = strip.len() % 2 == 0;
+                let odd = strip.len().is_multiple_of(2);
                 self.builder.face(&if odd { [b, a, c] } else { [a, b, c] });
             }
         }

@@ -89,7 +89,7 @@ fn read_binary(bytes: &[u8], run: &Run) -> Result<Soup, ReadError> {
     let mut weld = Weld::default();
     let mut builder = SoupBuilder::default();
     for (t, record) in triangles.chunks_exact(TRIANGLE).enumerate() {
-        if t % BLOCK == 0 {
+        if t.is_multiple_of(BLOCK) {
             run.check()?;
         }
         let corners: [[f64; 3]; 3] = std::array::from_fn(|corner| {
@@ -221,7 +221,7 @@ impl Ascii {
             let fact = format!("facet {} has {} of 3 vertices", face + 1, self.corners.len());
             return Err(ReadError::malformed(FORMAT, At::Line(line), fact));
         }
-        if face % BLOCK == 0 {
+        if face.is_multiple_of(BLOCK) {
             run.check()?;
         }
         put(&mut self.builder.attributes.face_labels, face, 0, self.label);
@@ -259,7 +259,7 @@ pub fn write(soup: &Soup, sink: &mut Sink<'_>, run: &Run) -> Result<(), WriteErr
     sink.out.write_all(&head).map_err(sink_error)?;
     let mut record = [0; TRIANGLE];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
-        if t % BLOCK == 0 {
+        if t.is_multiple_of(BLOCK) {
             run.check()?;
         }
         let corners = triangle.map(|p| points[p as usize]);

@@ -28,7 +28,8 @@ const DEPTH: usize = 64;
 pub fn read(source: &Source, run: &Run) -> Result<Soup, ReadError> {
     let mut package = Package::open(&source.bytes)?;
     let root = package.root()?;
-    let mut models = Models { names: vec![root], models: Vec::new() };
+    let mut models = Models::default();
+    models.take_name(&root);
     while let Some(name) = models.names.get(models.models.len()) {
         let model = package.model(name, run)?;
         models.take_names(&model);
@@ -67,8 +68,11 @@ pub fn read(source: &Source, run: &Run) -> Result<Soup, ReadError> {
 }
 
 /// The model parts of a package, the one with the build first.
+#[derive(Default)]
 struct Models {
     names: Vec<String>,
+    /// Places by name without case.
+    places: FxHashMap<String, usize>,
     models: Vec<Model>,
 }
 
@@ -79,15 +83,19 @@ impl Models {
         objects.sort_unstable_by_key(|(id, _)| **id);
         let components = objects.iter().flat_map(|(_, object)| &object.components);
         for path in model.items.iter().chain(components).filter_map(|r| r.path.as_ref()) {
-            if self.place(path).is_none() {
-                self.names.push(path.clone());
-            }
+            self.take_name(path);
+        }
+    }
+
+    fn take_name(&mut self, path: &str) {
+        let next = self.names.len();
+        if *self.places.entry(package::key(path)).or_insert(next) == next {
+            self.names.push(path.to_owned());
         }
     }
 
     fn place(&self, path: &str) -> Option<usize> {
-        let path = path.trim_start_matches('/');
-        self.names.iter().position(|n| n.trim_start_matches('/').eq_ignore_ascii_case(path))
+        self.places.get(&package::key(path)).copied()
     }
 }
 

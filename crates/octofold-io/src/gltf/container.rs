@@ -10,7 +10,10 @@ pub(super) const JSON: u32 = 0x4e4f_534a;
 pub(super) const BIN: u32 = 0x004e_4942;
 
 /// The JSON, and the binary chunk that a GLB may have.
-pub(super) fn split(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Option<&[u8]>), ReadError> {
+pub(super) type Parts<'a> = (Cow<'a, [u8]>, Option<&'a [u8]>);
+
+/// Takes either form apart.
+pub(super) fn split(bytes: &[u8]) -> Result<Parts<'_>, ReadError> {
     if !bytes.starts_with(b"glTF") {
         return Ok((decoded(bytes), None));
     }

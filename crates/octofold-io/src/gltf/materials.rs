@@ -6,12 +6,15 @@ use ::gltf::json;
 use json::{Index, Root};
 use octofold::attributes::Texture;
 use octofold::{Finding, Material, Run};
+use rustc_hash::FxHashMap;
 
 /// The materials that were met, in order.
 pub(super) struct Materials<'a> {
     root: &'a Root,
     used: Vec<Material>,
     known: Vec<Option<Skin>>,
+    /// Images that were read, by number.
+    images: FxHashMap<usize, Texture>,
 }
 
 /// What a primitive needs to know of its material.
@@ -44,7 +47,12 @@ impl Skin {
 
 impl<'a> Materials<'a> {
     pub(super) fn new(root: &'a Root) -> Self {
-        Self { root, used: Vec::new(), known: vec![None; root.materials.len()] }
+        Self {
+            root,
+            used: Vec::new(),
+            known: vec![None; root.materials.len()],
+            images: FxHashMap::default(),
+        }
     }
 
     /// The materials that were met.
@@ -102,20 +110,30 @@ impl<'a> Materials<'a> {
     }
 
     fn image(
-        &self,
+        &mut self,
         texture: Index<json::Texture>,
         buffers: &Buffers<'_>,
         source: &Source,
     ) -> Result<Texture, String> {
-        let image = self.root.get(texture).and_then(|texture| self.root.get(texture.source));
-        let Some(image) = image else { return Err("there is none that can be shown".into()) };
-        let strange = || "it is neither PNG nor JPEG".to_owned();
-        if let Some(uri) = &image.uri {
-            let bytes = resolve(uri, &*source.files).map_err(|error| error.to_string())?;
-            return colour::texture(&bytes).ok_or_else(strange);
+        let number = self.root.get(texture).map(|texture| texture.source);
+        let found = number.and_then(|number| Some((number.value(), self.root.get(number)?)));
+        let (number, image) = found.ok_or("there is none that can be shown")?;
+        if let Some(texture) = self.images.get(&number) {
+            return Ok(texture.clone());
         }
-        let view = image.buffer_view.ok_or_else(|| "it has no data".to_owned())?;
-        let (bytes, _) = buffers.view(view).map_err(|error| error.to_string())?;
-        colour::texture(bytes).ok_or_else(strange)
+        let texture = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => {
+                let bytes = resolve(uri, &*source.files).map_err(|error| error.to_string())?;
+                colour::texture(&bytes)
+            }
+            (None, Some(view)) => {
+                let (bytes, _) = buffers.view(view).map_err(|error| error.to_string())?;
+                colour::texture(bytes)
+            }
+            (None, None) => return Err("it has no data".into()),
+        };
+        let texture = texture.ok_or("it is neither PNG nor JPEG")?;
+        self.images.insert(number, texture.clone());
+        Ok(texture)
     }
 }

@@ -9,6 +9,7 @@ use crate::columns::{single, sink_error};
 use crate::parts::parts;
 use crate::{Sink, WriteError, colour};
 use base64::Engine;
+use octofold::attributes::Texture;
 use octofold::{Attributes, Material, Mesh, Run, Soup};
 use serde_json::{Value, json};
 
@@ -48,6 +49,8 @@ struct Document {
     materials: Vec<Value>,
     textures: Vec<Value>,
     images: Vec<Value>,
+    /// Textures that are written, in order of their numbers.
+    written: Vec<Texture>,
     data: Vec<u8>,
 }
 
@@ -127,7 +130,7 @@ impl Document {
         let clear = |column: &Option<Vec<[u8; 4]>>| column.iter().flatten().any(|c| c[3] != 255);
         let blend = clear(&a.point_colours) || clear(&a.face_colours);
         let of_face = a.face_materials.as_deref().unwrap_or_default();
-        let unpainted = of_face.is_empty() || of_face.iter().any(|&m| m == Attributes::NO_MATERIAL);
+        let unpainted = of_face.is_empty() || of_face.contains(&Attributes::NO_MATERIAL);
         let all: Vec<_> = a.materials.iter().filter(|_| !of_face.is_empty()).collect();
         for material in all.into_iter().chain(unpainted.then_some(&plain)) {
             let value = self.material(material, blend);
@@ -151,13 +154,22 @@ impl Document {
             value["alphaMode"] = json!("BLEND");
         }
         if let Some(texture) = &material.texture {
-            let view = self.view(&texture.bytes, None);
-            self.images.push(json!({ "bufferView": view, "mimeType": texture.media_type }));
-            let index = self.textures.len();
-            self.textures.push(json!({ "source": self.images.len() - 1 }));
+            let index = self.texture(texture);
             value["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": index });
         }
         value
+    }
+
+    /// Number of a texture, which is written once.
+    fn texture(&mut self, texture: &Texture) -> usize {
+        if let Some(known) = self.written.iter().position(|written| written == texture) {
+            return known;
+        }
+        let view = self.view(&texture.bytes, None);
+        self.images.push(json!({ "bufferView": view, "mimeType": texture.media_type }));
+        self.textures.push(json!({ "source": self.images.len() - 1 }));
+        self.written.push(texture.clone());
+        self.written.len() - 1
     }
 
     fn primitive(&mut self, points: &[[f32; 3]], split: &Splitter<'_>) -> Value {
@@ -234,16 +246,14 @@ impl Document {
 
 /// Faces by material, each with the material's place; those without stand behind all others.
 fn by_material(a: &Attributes, faces: &[u32]) -> Vec<(usize, Vec<u32>)> {
-    let Some(of_face) = &a.face_materials else {
-        let all = (!faces.is_empty()).then(|| (0, faces.to_vec()));
-        return all.into_iter().collect();
+    let material = |&face: &u32| match &a.face_materials {
+        Some(of_face) => (of_face[face as usize] as usize).min(a.materials.len()),
+        None => 0,
     };
-    let mut groups = vec![Vec::new(); a.materials.len() + 1];
-    for &face in faces {
-        let material = (of_face[face as usize] as usize).min(a.materials.len());
-        groups[material].push(face);
-    }
-    groups.into_iter().enumerate().filter(|(_, faces)| !faces.is_empty()).collect()
+    let mut faces = faces.to_vec();
+    faces.sort_by_key(material);
+    let same = |a: &u32, b: &u32| material(a) == material(b);
+    faces.chunk_by(same).map(|group| (material(&group[0]), group.to_vec())).collect()
 }
 
 /// Points of some faces, one for each distinct set of corner values.

@@ -3,22 +3,25 @@
 use crate::colour;
 use crate::text::{Statements, decoded, leading_number, name, split_word, words};
 use crate::{Files, ReadError};
+use octofold::attributes::Texture;
 use octofold::{Finding, Material, Run};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// All materials of the files that were found, by name.
 #[derive(Default)]
-pub(super) struct Library(FxHashMap<Vec<u8>, Material>);
+pub(super) struct Library {
+    materials: FxHashMap<Vec<u8>, Material>,
+    /// Images that were read, by name.
+    images: FxHashMap<Vec<u8>, Texture>,
+}
 
 impl Library {
     /// Reads the files of `mtllib` statements. What is missing is told as a finding: the shape is
     /// sound without it.
     pub(super) fn load(named: &[Vec<u8>], files: &dyn Files, run: &Run) -> Self {
         let mut library = Self::default();
-        for (i, statement) in named.iter().enumerate() {
-            if named[..i].contains(statement) {
-                continue;
-            }
+        let mut seen = FxHashSet::default();
+        for statement in named.iter().filter(|&statement| seen.insert(statement)) {
             match open(statement, files) {
                 Ok(found) => found.iter().for_each(|b| library.read(b, files, run)),
                 Err(error) => run.finding(Finding::warning(
@@ -32,7 +35,7 @@ impl Library {
 
     /// The material of that name, plain where no file defines it.
     pub(super) fn material(&self, name: &[u8]) -> Material {
-        self.0
+        self.materials
             .get(name)
             .cloned()
             .unwrap_or_else(|| Material { name: crate::text::name(name), ..Material::default() })
@@ -47,11 +50,12 @@ impl Library {
             if keyword == b"newmtl" {
                 let key = rest.trim_ascii().to_vec();
                 let plain = Material { name: name(&key), ..Material::default() };
-                self.0.insert(key.clone(), plain);
+                self.materials.insert(key.clone(), plain);
                 current = Some(key);
                 continue;
             }
-            let Some(material) = current.as_ref().and_then(|key| self.0.get_mut(key)) else {
+            let Some(material) = current.as_ref().and_then(|key| self.materials.get_mut(key))
+            else {
                 continue;
             };
             let mut values = words(rest).map_while(leading_number);
@@ -73,7 +77,7 @@ impl Library {
                         material.colour[3] = colour::byte(1.0 - transparency);
                     }
                 }
-                b"map_Kd" => paint(material, file_name(rest), files, run),
+                b"map_Kd" => paint(material, file_name(rest), &mut self.images, files, run),
                 _ => {}
             }
         }
@@ -81,22 +85,33 @@ impl Library {
 }
 
 /// Gives `material` its image. Exporters write a black `Kd` beside an image that is meant alone.
-fn paint(material: &mut Material, file: &[u8], files: &dyn Files, run: &Run) {
-    let fact = match open_named(&name(file), files) {
-        Ok(bytes) => {
-            material.texture = colour::texture(&bytes);
-            if material.texture.is_some() {
-                if material.colour[..3] == [0; 3] {
-                    material.colour[..3].fill(255);
-                }
-                return;
-            }
-            format!("{} is neither PNG nor JPEG", name(file))
-        }
-        Err(error) => error.to_string(),
+fn paint(
+    material: &mut Material,
+    file: &[u8],
+    images: &mut FxHashMap<Vec<u8>, Texture>,
+    files: &dyn Files,
+    run: &Run,
+) {
+    let image = match images.get(file) {
+        Some(image) => Ok(image.clone()),
+        None => open_named(&name(file), files).map_err(|error| error.to_string()).and_then(|b| {
+            let strange = || format!("{} is neither PNG nor JPEG", name(file));
+            colour::texture(&b).ok_or_else(strange)
+        }),
     };
-    let text = format!("material {} is left without its image: {fact}", material.name);
-    run.finding(Finding::warning("missing-image", text));
+    match image {
+        Ok(image) => {
+            images.insert(file.to_vec(), image.clone());
+            material.texture = Some(image);
+            if material.colour[..3] == [0; 3] {
+                material.colour[..3].fill(255);
+            }
+        }
+        Err(fact) => {
+            let text = format!("material {} is left without its image: {fact}", material.name);
+            run.finding(Finding::warning("missing-image", text));
+        }
+    }
 }
 
 /// The files of one statement: one name that may hold spaces, or several names.

@@ -2,7 +2,7 @@
 
 use super::FORMAT;
 use crate::columns::{Column, sink_error, tell_dropped};
-use crate::parts::{label_name, palette};
+use crate::parts::{LabelNames, palette};
 use crate::text::{Shortest, plain};
 use crate::{Sink, WriteError, colour};
 use octofold::{Finding, Material, Run, Soup};
@@ -71,14 +71,15 @@ fn lines(
         line(text, format_args!("vn {x} {y} {z}"));
         drain(text, sink)?;
     }
+    let labels = LabelNames::new(a);
     let (mut label, mut material) = (None, None);
     for f in 0..soup.faces() {
-        if f % BLOCK == 0 {
+        if f.is_multiple_of(BLOCK) {
             run.check()?;
         }
         let own = a.face_labels.as_ref().map(|labels| labels[f]);
         if own != label {
-            let name = own.map(|l| label_name(a, l)).unwrap_or_default();
+            let name = own.map(|l| labels.of(l)).unwrap_or_default();
             line(text, format_args!("g {}", plain(&name)));
             label = own;
         }

@@ -77,9 +77,7 @@ impl<'a> Values<'a> {
             Self::Binary { .. } => of.size() as u64,
         };
         // The last value of an ASCII file needs no space behind it.
-        if length < 0.0
-            || length.fract() != 0.0
-            || !(length * least as f64 <= self.left() as f64 + 1.0)
+        if length < 0.0 || length.fract() != 0.0 || length * least as f64 > self.left() as f64 + 1.0
         {
             let fact = format!("a list of {length} values does not fit the file");
             return Err(ReadError::malformed(FORMAT, self.place(), fact));

@@ -29,7 +29,7 @@ pub fn write(soup: &Soup, sink: &mut Sink<'_>, run: &Run) -> Result<(), WriteErr
     sink.out.write_all(header.as_bytes()).map_err(sink_error)?;
     let mut record = Vec::new();
     for i in 0..soup.points().len() {
-        if i % BLOCK == 0 {
+        if i.is_multiple_of(BLOCK) {
             run.check()?;
         }
         record.clear();
@@ -37,7 +37,7 @@ pub fn write(soup: &Soup, sink: &mut Sink<'_>, run: &Run) -> Result<(), WriteErr
         sink.out.write_all(&record).map_err(sink_error)?;
     }
     for f in 0..soup.faces() {
-        if f % BLOCK == 0 {
+        if f.is_multiple_of(BLOCK) {
             run.check()?;
         }
         record.clear();

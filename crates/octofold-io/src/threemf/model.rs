@@ -71,10 +71,10 @@ impl Model {
         let mut reader = quick_xml::Reader::from_reader(input);
         let mut buffer = Vec::new();
         let mut model = Self::default();
-        let mut count = 0;
+        let mut count = 0u64;
         loop {
             count += 1;
-            if count % BLOCK == 0 {
+            if count.is_multiple_of(BLOCK) {
                 run.check()?;
             }
             buffer.clear();

@@ -6,12 +6,15 @@ use super::model::Model;
 use crate::{At, ReadError};
 use octofold::Run;
 use quick_xml::events::Event;
+use std::collections::BTreeMap;
 use std::io::{BufReader, Cursor, Read};
 use zip::ZipArchive;
 
 /// A package that is open, and how many bytes may still be unpacked from it.
 pub(super) struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
+    /// The archive's own names of parts, by key.
+    names: BTreeMap<String, String>,
     left: u64,
     limit: u64,
 }
@@ -23,7 +26,9 @@ impl<'a> Package<'a> {
         })?;
         // Honest models shrink to a tenth at best; bombs to a thousandth and less.
         let limit = (64 << 20) + 200 * bytes.len() as u64;
-        Ok(Self { archive, left: limit, limit })
+        let names = archive.file_names().flatten().map(|name| (key(&name), name.into_owned()));
+        let names = names.collect();
+        Ok(Self { archive, names, left: limit, limit })
     }
 
     /// Name of the part that holds the build.
@@ -33,8 +38,8 @@ impl<'a> Package<'a> {
         {
             return Ok(target);
         }
-        let models = |name: &&str| name.to_ascii_lowercase().ends_with(".model");
-        self.names().iter().map(String::as_str).find(models).map(str::to_owned).ok_or_else(|| {
+        let model = self.names.iter().find(|(key, _)| key.ends_with(".model"));
+        model.map(|(_, name)| name.clone()).ok_or_else(|| {
             ReadError::malformed(FORMAT, At::File, "the package holds no model; is it a 3MF file?")
         })
     }
@@ -77,16 +82,14 @@ impl<'a> Package<'a> {
         }
     }
 
-    fn names(&self) -> Vec<String> {
-        self.archive.file_names().flatten().map(std::borrow::Cow::into_owned).collect()
-    }
-
-    /// The archive's own name of a part. Part names begin with a slash and know no case.
     fn find(&self, part: &str) -> Option<String> {
-        let part = part.trim_start_matches('/');
-        let same = |name: &String| name.trim_start_matches('/').eq_ignore_ascii_case(part);
-        self.names().into_iter().find(same)
+        self.names.get(&key(part)).cloned()
     }
+}
+
+/// What names of one part have in common: they may begin with a slash, and know no case.
+pub(super) fn key(part: &str) -> String {
+    part.trim_start_matches('/').to_ascii_lowercase()
 }
 
 fn damaged(part: &str, error: &str) -> ReadError {

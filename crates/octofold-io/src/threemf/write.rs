@@ -63,8 +63,11 @@ impl From<zip::result::ZipError> for Stop {
 
 fn package(mesh: &Mesh, run: &Run) -> Result<Vec<u8>, Stop> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    // The time of writing is left out, so that equal shapes make equal files.
-    let options = SimpleFileOptions::default().large_file(mesh.triangles.len() > 1 << 25);
+    // The time of writing is left out, so that equal shapes make equal files. More effort makes
+    // the file little smaller for much more time.
+    let options = SimpleFileOptions::default()
+        .compression_level(Some(2))
+        .large_file(mesh.triangles.len() > 1 << 25);
     for (name, text) in [("[Content_Types].xml", CONTENT_TYPES), ("_rels/.rels", RELATIONSHIPS)] {
         zip.start_file(name, options)?;
         zip.write_all(text.as_bytes())?;
@@ -149,7 +152,7 @@ fn object(
         }
     }
     for (i, &point) in used.iter().enumerate() {
-        if i % BLOCK == 0 {
+        if i.is_multiple_of(BLOCK) {
             run.check()?;
         }
         let [x, y, z] = mesh.points[point as usize].map(Shortest);
@@ -157,7 +160,7 @@ fn object(
     }
     writeln!(out, "</vertices><triangles>")?;
     for (i, &face) in faces.iter().enumerate() {
-        if i % BLOCK == 0 {
+        if i.is_multiple_of(BLOCK) {
             run.check()?;
         }
         let [a, b, c] = mesh.triangles[face as usize].map(|p| places[p as usize]);

@@ -1,6 +1,9 @@
 //! Readers and writers of meshes: every feature by a tiny file, hostile bytes, round trips, and
 //! the models of the data folder.
 
+// A failed `unwrap` is a failed test.
+#![allow(clippy::unwrap_used)]
+
 mod damage;
 mod gltf;
 mod obj;
@@ -103,8 +106,11 @@ fn refused(format: Format, bytes: impl Into<Vec<u8>>) -> String {
     error
 }
 
+/// Files beside the main one.
+type Beside = Vec<(String, Vec<u8>)>;
+
 /// The bytes that a shape is written as, the files beside, and the codes of what was found odd.
-fn write(format: Format, soup: &Soup) -> (Vec<u8>, Vec<(String, Vec<u8>)>, Vec<&'static str>) {
+fn write(format: Format, soup: &Soup) -> (Vec<u8>, Beside, Vec<&'static str>) {
     let ears = Ears::default();
     let mut bytes = Vec::new();
     let mut sink = Sink::new(&mut bytes, "shape");
