@@ -15,7 +15,10 @@ pub struct Picture {
 
 /// Where from.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct View;
+#[allow(missing_docs)]
+pub struct View {
+    pub size: [u32; 2],
+}
 
 /// How.
 #[derive(Debug, Clone, Copy, Default)]
@@ -31,7 +34,10 @@ impl Style {
 
 /// How slices look.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct SliceStyle;
+#[allow(missing_docs)]
+pub struct SliceStyle {
+    pub height: u32,
+}
 
 /// Draws a mesh.
 pub fn render(_: &Mesh, _: &View, _: &Style, _: &Run) -> Result<Picture, Cancelled> {
