@@ -25,6 +25,7 @@ pub struct View {
 #[allow(missing_docs)]
 pub struct Style {
     pub boundary: Option<[u8; 3]>,
+    pub back: Option<[u8; 3]>,
 }
 
 impl Style {
