@@ -18,7 +18,6 @@ use crate::par;
 use crate::run::{Cancelled, Run};
 use raster::{Tile, Tiles};
 use shade::{Shader, Weld};
-use std::sync::OnceLock;
 use view::Camera;
 
 /// Rows of pixels from the top, four bytes each: sRGB with straight alpha.
@@ -113,10 +112,9 @@ pub fn render(mesh: &Mesh, view: &View, style: &Style, run: &Run) -> Result<Pict
     run.stage("picture");
     let [width, height] = view.size;
     let camera = Camera::new(mesh, view, run)?;
-    let weld = OnceLock::new();
-    let weld = || weld.get_or_init(|| Weld::new(mesh));
-    let shader = Shader::new(mesh, style, &camera, weld, run)?;
-    let lines = if style.boundary.is_some() { weld().boundary(mesh) } else { Vec::new() };
+    let weld = Weld::new(mesh, run)?;
+    let shader = Shader::new(mesh, style, &camera, &weld, run)?;
+    let lines = if style.boundary.is_some() { weld.boundary(mesh) } else { Vec::new() };
     let tiles = Tiles::new(mesh, lines, &camera, run)?;
     let drawn = par::blocks(run, tiles.count(), 1, |range| {
         range

@@ -5,6 +5,7 @@ use super::raster::{NOTHING, SAMPLES, Tile, area, corner};
 use super::view::Camera;
 use super::{Background, Paint, Shading, Style};
 use crate::attributes::Attributes;
+use crate::measure::weld_points;
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::{Cancelled, Run};
@@ -26,18 +27,8 @@ pub(super) struct Weld {
 }
 
 impl Weld {
-    pub fn new(mesh: &Mesh) -> Self {
-        // Adding zero makes the two zeros one.
-        let key = |&p: &u32| (mesh.points[p as usize].map(|x| (x + 0.0).to_bits()), p);
-        let mut order: Vec<u32> = (0..mesh.points.len() as u32).collect();
-        par::sort_by_key(&mut order, key);
-        let mut names: Vec<u32> = (0..mesh.points.len() as u32).collect();
-        for pair in order.windows(2) {
-            if key(&pair[0]).0 == key(&pair[1]).0 {
-                names[pair[1] as usize] = names[pair[0] as usize];
-            }
-        }
-        Self { names }
+    pub fn new(mesh: &Mesh, run: &Run) -> Result<Self, Cancelled> {
+        Ok(Self { names: weld_points(&mesh.points, run)?.of })
     }
 
     fn triangle(&self, t: [u32; 3]) -> [u32; 3] {
@@ -111,7 +102,7 @@ impl<'a> Shader<'a> {
         mesh: &'a Mesh,
         style: &'a Style,
         camera: &'a Camera,
-        weld: impl FnOnce() -> &'a Weld,
+        weld: &Weld,
         run: &Run,
     ) -> Result<Self, Cancelled> {
         let normals = match style.shading {
@@ -297,10 +288,10 @@ fn face_normal(mesh: &Mesh, t: usize) -> DVec3 {
 }
 
 /// The mesh's own normals at corners, or those of the faces around that lie within the crease.
-fn corner_normals<'a>(
+fn corner_normals(
     mesh: &Mesh,
     crease: f64,
-    weld: impl FnOnce() -> &'a Weld,
+    weld: &Weld,
     run: &Run,
 ) -> Result<Vec<[f32; 3]>, Cancelled> {
     if let Some(normals) = &mesh.attributes.corner_normals {
@@ -310,7 +301,6 @@ fn corner_normals<'a>(
         let corners = mesh.triangles.as_flattened();
         return Ok(corners.iter().map(|&p| normals[p as usize]).collect());
     }
-    let weld = weld();
     let (starts, faces) = weld.around(mesh);
     let areas: Vec<DVec3> = par::blocks(run, mesh.triangles.len(), BLOCK, |range| {
         range.map(|t| face_normal(mesh, t)).collect::<Vec<_>>()
