@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(at_least::<i16>(-3.5), Some(-3));
         assert_eq!(at_least::<f64>(0.1), Some(0.1));
         let f = at_least::<f32>(0.1).map(f64::from);
-        assert!(f.is_some_and(|f| f >= 0.1 && f < 0.100_000_01));
+        assert!(f.is_some_and(|f| (0.1..0.100_000_01).contains(&f)));
         assert_eq!(at_least::<i32>(1e300), None);
         assert_eq!(at_least::<f32>(1e300), Some(f32::INFINITY));
     }

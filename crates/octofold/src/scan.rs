@@ -235,7 +235,7 @@ impl Outline {
         for [a, b, c] in local.edges(x, y) {
             // The corner of the square that lies furthest along the edge's inner normal decides.
             let mut add = |sign: i64| {
-                let [a, b] = [a, b].map(|n| sign * n << local.sub_bits);
+                let [a, b] = [a, b].map(|n| (sign * n) << local.sub_bits);
                 outline.push([a, b, sign * c + a.max(0) + b.max(0)]);
             };
             // A projection without area has no inner side: the square must meet its line.

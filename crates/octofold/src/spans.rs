@@ -173,6 +173,10 @@ impl Volume for Spans {
     fn is_binary(&self) -> bool {
         true
     }
+
+    fn nonzero(&self) -> Option<u64> {
+        Some(self.count())
+    }
 }
 
 #[cfg(test)]

@@ -1,3 +1,5 @@
+//! Pictures looked at as numbers: what must be on them and what must not.
+
 use super::*;
 use crate::samples::Sample;
 use crate::volume::{DenseVolume, Placement, Region, Volume};

@@ -1,3 +1,5 @@
+//! What the built-in shapes promise: sides, volumes, topology and planted defects.
+
 use super::*;
 use crate::mesh::Mesh;
 use crate::volume::{Region, Volume};
