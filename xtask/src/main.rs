@@ -1,4 +1,4 @@
-//! Chores of the repository: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask sweep NAME`.
+//! Chores of the repository: the test command, conventions, sweeps and benches beside peers.
 
 mod demo;
 mod imports;
@@ -14,7 +14,8 @@ use std::process::{Command, ExitCode};
 const USAGE: &str = "\
 cargo xtask test          everything that CI checks
 cargo xtask tidy          the conventions of the repository
-cargo xtask sweep NAME    the whole of a large sweep: formats, cubes or voxels";
+cargo xtask sweep NAME    the whole of a large sweep: formats, cubes or voxels
+cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid or models";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         ["test"] => stages::run(),
         ["tidy"] => tidy::run(),
         ["sweep", name] => sweep::run(name),
+        ["bench", name] => peers::bench(name),
         _ => Err(anyhow::anyhow!("usage:\n{USAGE}")),
     };
     match done {

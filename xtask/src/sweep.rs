@@ -6,20 +6,20 @@
 use crate::{cargo, must};
 use anyhow::{Context, Result};
 
-/// Name, package and filter of each sweep.
-const SWEEPS: [(&str, &str, &str); 3] = [
-    ("formats", "octofold-io", ""),
-    ("cubes", "octofold", "surface"),
-    ("voxels", "octofold", "voxelize"),
+/// Name, package and filters of each sweep.
+const SWEEPS: [(&str, &str, &[&str]); 3] = [
+    ("formats", "octofold-io", &[]),
+    ("cubes", "octofold", &["surface"]),
+    ("voxels", "octofold", &["voxelize", "scan", "spans", "octree", "lattice", "radix"]),
 ];
 
 /// Runs the sweep `name`.
 pub fn run(name: &str) -> Result<()> {
-    let (_, package, filter) =
+    let (_, package, filters) =
         SWEEPS.into_iter().find(|(n, ..)| *n == name).with_context(|| {
             let names = SWEEPS.map(|(n, ..)| n).join(", ");
             format!("no sweep `{name}`; sweeps are {names}")
         })?;
-    let words = ["test", "--release", "--package", package, filter, "--", "--nocapture"];
-    must(cargo(&words).env("OCTOFOLD_SWEEP", "full"))
+    let words = ["test", "--release", "--package", package, "--", "--nocapture"];
+    must(cargo(&words).args(filters).env("OCTOFOLD_SWEEP", "full"))
 }

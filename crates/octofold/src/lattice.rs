@@ -144,6 +144,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::sweep::cases(256))]
+
         #[test]
         fn snapped_points_are_odd_inside_and_near(
             low in prop::array::uniform3(-1e3f64..1e3),

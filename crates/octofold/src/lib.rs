@@ -28,6 +28,9 @@ pub mod surface;
 pub mod volume;
 pub mod voxelize;
 
+#[cfg(test)]
+mod sweep;
+
 pub use attributes::{Attributes, LengthUnit, Material};
 pub use mesh::Mesh;
 pub use pipeline::{Kind, Shape, Step, pipeline};

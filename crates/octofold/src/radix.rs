@@ -78,6 +78,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(crate::sweep::cases(256))]
+
         #[test]
         fn shares_are_the_sorted_keys(
             blocks in prop::collection::vec(prop::collection::vec(any::<u64>(), 0..600), 0..5),

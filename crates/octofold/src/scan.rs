@@ -382,7 +382,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(512))]
+        #![proptest_config(crate::sweep::cases(512))]
 
         #[test]
         fn touched_cells_are_those_that_overlap(facet in facet(6)) {

@@ -185,6 +185,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(crate::sweep::cases(256))]
+
         #[test]
         fn runs_say_what_their_cells_say(
             dims in (1usize..20, 1usize..5, 1usize..5),

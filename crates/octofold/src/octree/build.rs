@@ -180,7 +180,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
+        #![proptest_config(crate::sweep::cases(64))]
 
         #[test]
         fn leaves_tile_the_root_and_tell_the_truth(

@@ -508,7 +508,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
+        #![proptest_config(crate::sweep::cases(64))]
 
         #[test]
         fn noise_gives_closed_manifolds(

@@ -239,7 +239,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(48))]
+        #![proptest_config(crate::sweep::cases(48))]
 
         #[test]
         fn each_label_is_meshed_as_its_own_mask(
