@@ -219,4 +219,56 @@ mod tests {
             }
         }
     }
+
+    /// Small tetrahedra far apart, so that a deep tree stays small.
+    fn far_apart() -> Mesh {
+        let mut points = Vec::new();
+        let mut triangles = Vec::new();
+        for at in [[0.0; 3], [900.0, 500.0, 20.0], [1000.0; 3]] {
+            let start = points.len() as u32;
+            points.extend(
+                [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+                    .map(|c| std::array::from_fn(|a| at[a] + 0.4 * f64::from(c[a]))),
+            );
+            let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+            triangles.extend(faces.map(|t| t.map(|p| p + start)));
+        }
+        Mesh::new(points, triangles).unwrap()
+    }
+
+    #[test]
+    fn sixteen_levels_hold_what_their_surface_needs() {
+        let mesh = far_apart();
+        let lattice = Lattice::fit(mesh.bounds().unwrap(), 1 << 16).unwrap();
+        let tree = Octree::from_mesh(&mesh, &lattice, &Run::default()).unwrap();
+        assert_eq!(tree.levels(), 16);
+        let volume: u128 = tree.keys().iter().map(|k| u128::from(k.size(16)).pow(3)).sum();
+        assert_eq!(volume, 1 << 48);
+        let [_, gray, _] = tree.census()[16];
+        // Each is about 26 cells high.
+        assert!((3 * 700..3 * 4000).contains(&gray), "{gray}");
+        let black = tree.classes().iter().filter(|&&c| c == Class::Black).count();
+        assert!(black > 0 && tree.keys().len() < 40_000);
+        let octant = tree.leaf_at([0, 0, 0]).0.parent(16).unwrap();
+        let below = tree.subtree(octant);
+        assert!(tree.keys()[below].iter().all(|&k| octant.contains(k, 16)));
+    }
+
+    #[test]
+    fn threads_do_not_change_a_leaf() {
+        let mesh = crate::samples::Sample::Torus.polygons(40).unwrap().triangulate();
+        let lattice = Lattice::fit(mesh.bounds().unwrap(), 64).unwrap();
+        let volume = crate::samples::Sample::Kettle.voxels(50).unwrap();
+        let trees = [1, 2, 3, 8].map(|threads| {
+            par::with_threads(threads, || {
+                (
+                    Octree::from_mesh(&mesh, &lattice, &Run::default()).unwrap(),
+                    Octree::from_volume(&volume, 0.5, &Run::default()).unwrap(),
+                )
+            })
+        });
+        assert!(trees.windows(2).all(|t| t[0] == t[1]));
+        let [white, gray, black] = trees[0].0.census()[6];
+        assert!(white > 0 && gray > 4000 && black > 0);
+    }
 }
