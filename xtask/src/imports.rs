@@ -27,7 +27,7 @@ const TABLE: [(&str, &[&str]); 18] = [
     ("spans", &["volume"]),
     ("surface", &["bits", "histogram", "mesh", "octree", "volume"]),
     ("volume", &[]),
-    ("voxelize", &["lattice", "measure", "mesh", "spans", "volume"]),
+    ("voxelize", &["lattice", "measure", "mesh", "octree", "spans", "volume"]),
 ];
 
 /// Stands for every module.

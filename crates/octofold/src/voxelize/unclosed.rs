@@ -10,11 +10,11 @@
 use super::{X_BITS, border, row_major};
 use crate::lattice::Lattice;
 use crate::measure::Winding;
+use crate::octree::key::morton;
 use crate::par;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
 use crate::volume::{Block, Region, Volume};
-use rustc_hash::FxHashSet;
 
 /// Cells along a block that is looked at cell by cell if the surface enters it.
 const BLOCK: u32 = 16;
@@ -35,29 +35,52 @@ pub(super) struct Unclosed<'a> {
     pub touched: Spans,
     /// Where rows enter and leave the surface, sorted.
     pub borders: Vec<u64>,
-    /// Blocks near the rims of holes.
-    pub rims: FxHashSet<[u32; 3]>,
+    /// Names of the blocks near the rims of holes.
+    pub rims: Vec<u64>,
     pub winding: Winding,
 }
 
-/// The blocks within half a block of edges with an odd number of triangles.
-pub(super) fn rims(edges: &[[[i32; 3]; 2]], lattice: &Lattice) -> FxHashSet<[u32; 3]> {
-    let mut blocks = FxHashSet::default();
+/// Names of the blocks within half a block of edges with an odd number of triangles, sorted.
+pub(super) fn rims(edges: &[[[i32; 3]; 2]], lattice: &Lattice) -> Vec<u64> {
+    let reach = i64::from(BLOCK / 2);
+    let mut blocks = Vec::new();
     for [p, q] in edges {
-        let block = |a: usize, step: i32, reach: i64| {
-            let cell = i64::from(step >> lattice.sub_bits()) + reach;
-            cell.clamp(0, i64::from(lattice.cells()[a])) as u32 / BLOCK
-        };
-        let reach = i64::from(BLOCK / 2);
-        let low: [u32; 3] = std::array::from_fn(|a| block(a, p[a].min(q[a]), -reach));
-        let high: [u32; 3] = std::array::from_fn(|a| block(a, p[a].max(q[a]), reach));
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                blocks.extend((low[0]..=high[0]).map(|x| [x, y, z]));
+        let [p, q] = [p, q].map(|c| c.map(|step| i64::from(step >> lattice.sub_bits())));
+        let length = (0..3).map(|a| (q[a] - p[a]).abs()).max().unwrap_or(0);
+        let steps = length / reach + 1;
+        for i in 0..=steps {
+            for corner in 0..8 {
+                blocks.push(name(std::array::from_fn(|a| {
+                    let along = p[a] + (q[a] - p[a]) * i / steps;
+                    let cell = along + if corner >> a & 1 == 1 { reach } else { -reach };
+                    cell.clamp(0, i64::from(lattice.cells()[a]) - 1) as u32
+                })));
             }
         }
     }
+    blocks.sort_unstable();
+    blocks.dedup();
     blocks
+}
+
+/// Names of the blocks that hold touched cells, sorted.
+fn occupied(touched: &Spans) -> Vec<u64> {
+    let mut blocks = Vec::new();
+    touched.for_each_row(|[y, z], runs| {
+        for &[start, end] in runs {
+            for x in start / BLOCK..=(end - 1) / BLOCK {
+                blocks.push(name([x * BLOCK, y, z]));
+            }
+        }
+    });
+    blocks.sort_unstable();
+    blocks.dedup();
+    blocks
+}
+
+/// Morton code of the block of a cell: the blocks of an octant are one slice of a sorted list.
+fn name(cell: [u32; 3]) -> u64 {
+    morton(cell.map(|c| c / BLOCK))
 }
 
 /// Winding number of a cell as far as it is known.
@@ -96,19 +119,20 @@ impl Unclosed<'_> {
     /// The borders of the runs of inside cells.
     pub fn fill(&self, run: &Run) -> Result<Vec<Vec<u64>>, Cancelled> {
         run.stage("winding number");
-        let cells = self.lattice.cells();
-        let tasks = cells.map(|n| n.div_ceil(TASK));
-        let count = tasks.iter().map(|&n| n as usize).product();
-        par::blocks(run, count, 1, |range| {
+        let mut busy = [occupied(&self.touched), self.rims.clone()].concat();
+        busy.sort_unstable();
+        busy.dedup();
+        let size = BLOCK << self.lattice.levels().saturating_sub(BLOCK.trailing_zeros());
+        let mut octants = Vec::new();
+        split([0; 3], size, &busy, &mut octants);
+        par::blocks(run, octants.len(), 1, |range| {
             let mut borders = Vec::new();
             let mut fill = |[x, y, z]: [u32; 3], length: u32| {
                 borders.push(border(self.lattice, [x, y, z], false));
                 borders.push(border(self.lattice, [x + length, y, z], true));
             };
-            for task in range {
-                let task = task as u32;
-                let low = [task % tasks[0], task / tasks[0] % tasks[1], task / tasks[0] / tasks[1]];
-                self.octant(low.map(|i| i * TASK), TASK, &mut fill);
+            for &(low, size) in &octants[range] {
+                self.octant(low, size, &busy, &mut fill);
             }
             borders
         })
@@ -120,15 +144,15 @@ impl Unclosed<'_> {
     }
 
     /// Fills one octant.
-    fn octant(&self, low: [u32; 3], size: u32, fill: &mut impl FnMut([u32; 3], u32)) {
+    fn octant(&self, low: [u32; 3], size: u32, busy: &[u64], fill: &mut impl FnMut([u32; 3], u32)) {
         let cells = self.lattice.cells();
         let high: [u32; 3] = std::array::from_fn(|a| (low[a] + size).min(cells[a]));
         if (0..3).any(|a| low[a] >= high[a]) {
             return;
         }
         let region = Region { start: low.map(|i| i as usize), end: high.map(|i| i as usize) };
-        let rim = size == BLOCK && self.rims.contains(&low.map(|i| i / BLOCK));
-        if !rim && self.touched.bounds(region) == Some([0.0, 0.0]) {
+        let busy = within(low, size, busy);
+        if busy.is_empty() {
             let first = self.at(low);
             let same = |c: u32| {
                 let sample = std::array::from_fn(|a| match c {
@@ -148,11 +172,12 @@ impl Unclosed<'_> {
             }
         }
         if size == BLOCK {
+            let rim = self.rims.binary_search(&name(low)).is_ok();
             return self.block(low, region, rim, fill);
         }
         for octant in 0..8 {
             let child = std::array::from_fn(|a| low[a] + (octant >> a & 1) * size / 2);
-            self.octant(child, size / 2, fill);
+            self.octant(child, size / 2, busy, fill);
         }
     }
 
@@ -240,6 +265,28 @@ impl Unclosed<'_> {
                 _ => self.at([first[0] + x as u32, first[1], first[2]]),
             };
         }
+    }
+}
+
+/// The names among `busy` that lie in an octant.
+fn within(low: [u32; 3], size: u32, busy: &[u64]) -> &[u64] {
+    let first = name(low);
+    let end = first + u64::from(size / BLOCK).pow(3);
+    let start = busy.partition_point(|&b| b < first);
+    let count = busy[start..].partition_point(|&b| b < end);
+    &busy[start..start + count]
+}
+
+/// Cuts an octant into those that are not busy, as large as can be, and busy ones of the size of
+/// one unit of work.
+fn split(low: [u32; 3], size: u32, busy: &[u64], octants: &mut Vec<([u32; 3], u32)>) {
+    let busy = within(low, size, busy);
+    if busy.is_empty() || size <= TASK {
+        return octants.push((low, size));
+    }
+    for octant in 0..8 {
+        let child = std::array::from_fn(|a| low[a] + (octant >> a & 1) * size / 2);
+        split(child, size / 2, busy, octants);
     }
 }
 
