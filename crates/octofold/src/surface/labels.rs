@@ -46,6 +46,7 @@ pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, Vo
     if nx * ny * nz == 0 {
         return Ok(Vec::new());
     }
+    run.stage("count");
     let slabs = par::blocks(run, nz + 1, SLAB, |layers| {
         // Lattice layer z lies over sample layer z - 1; the first and the last are empty.
         let real = layers.start.saturating_sub(1)..layers.end.min(nz);
@@ -63,6 +64,7 @@ pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, Vo
         patches.iter_mut().for_each(Patch::reverse);
     }
     run.check()?;
+    run.stage("march");
     Ok(par::map(&groups, |group| LabelMesh {
         label: group[0].label,
         mesh: mesh_of(group, &patches, &placement),
