@@ -12,13 +12,16 @@ static PASSED: AtomicU64 = AtomicU64::new(0);
 
 type Stage = (&'static str, fn() -> Result<()>);
 
-const STAGES: [Stage; 8] = [
+const STAGES: [Stage; 9] = [
     ("format", || must(&mut cargo(&["fmt", "--all", "--check"]))),
     ("tidy", tidy::run),
     ("clippy", clippy),
     ("tests", tests),
     ("doc tests", || counted(&mut cargo(&["test", "--workspace", "--doc"]))),
     ("docs", docs),
+    ("fuzz targets", || {
+        must(&mut cargo(&["check", "--locked", "--manifest-path", "fuzz/Cargo.toml"]))
+    }),
     ("demo", demo::run),
     ("peers", peers::run),
 ];

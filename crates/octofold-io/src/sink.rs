@@ -50,7 +50,14 @@ pub fn save(
         _ => Path::new("."),
     };
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let temporary = || tempfile::Builder::new().prefix(".octofold-").tempfile_in(folder);
+    let temporary = || {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".octofold-");
+        // Temporaries are private by default; a finished file is as readable as any other.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder.tempfile_in(folder)
+    };
     let mut main = temporary().map_err(io(path))?;
     let beside = {
         let mut out = std::io::BufWriter::with_capacity(1 << 20, main.as_file_mut());
@@ -69,20 +76,7 @@ pub fn save(
     }
     finished.push((main, path.to_path_buf()));
     for (file, target) in finished {
-        set_usual_permissions(file.path()).map_err(io(&target))?;
         file.persist(&target).map_err(|e| io(&target)(e.error))?;
     }
-    Ok(())
-}
-
-/// Temporaries are private to their owner; a finished file should be as readable as any other.
-#[cfg(unix)]
-fn set_usual_permissions(path: &Path) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn set_usual_permissions(_path: &Path) -> std::io::Result<()> {
     Ok(())
 }

@@ -21,8 +21,8 @@ pub const fn below(len: usize, word: usize) -> u64 {
 
 /// The smallest value of type `T` that is at least `iso`; `None` where there is none.
 pub fn at_least<T: Scalar>(iso: f64) -> Option<T> {
-    let nearest = T::from_f64(iso);
-    let up = if nearest.to_f64() >= iso { nearest } else { next_up(nearest)? };
+    let truncated = T::from_f64(iso);
+    let up = if truncated.to_f64() >= iso { truncated } else { next_up(truncated)? };
     (up.to_f64() >= iso).then_some(up)
 }
 

@@ -1,6 +1,6 @@
 //! How often each value occurs in a volume, counted over streamed blocks.
 //!
-//! Memory does not grow with the volume: one slab of samples and one table of counts per thread.
+//! Memory does not grow with the volume: one slab of samples and one table of counts per slab.
 //! Counts are whole numbers, so the result is the same for any number of threads.
 
 use crate::par;

@@ -47,7 +47,8 @@ impl Lattice {
             return Err(LatticeError::Resolution(f64::from(resolution)));
         }
         let cell = if longest > 0.0 { longest / f64::from(resolution) } else { 1.0 };
-        Self::new([low, high], cell, resolution)
+        // Rounding may ask for one cell more than the resolution that the cell came from.
+        Self::new([low, high], cell, resolution, 1.0)
     }
 
     /// The box `[low, high]` with its origin at `low` and cells of edge `pitch`.
@@ -55,17 +56,21 @@ impl Lattice {
         if !(pitch.is_finite() && pitch > 0.0) {
             return Err(LatticeError::Pitch(pitch));
         }
-        Self::new(bounds, pitch, MAX_CELLS)
+        Self::new(bounds, pitch, MAX_CELLS, 0.0)
     }
 
-    fn new([low, high]: [[f64; 3]; 2], cell: f64, most: u32) -> Result<Self, LatticeError> {
+    fn new(
+        [low, high]: [[f64; 3]; 2],
+        cell: f64,
+        most: u32,
+        slack: f64,
+    ) -> Result<Self, LatticeError> {
         if !(cell.is_finite() && cell > 0.0 && low.iter().all(|x| x.is_finite())) {
             return Err(LatticeError::Bounds);
         }
         let wanted: [f64; 3] = std::array::from_fn(|a| ((high[a] - low[a]) / cell).ceil().max(1.0));
         let longest = wanted.into_iter().fold(0.0, f64::max);
-        // Rounding may ask for one cell more than the resolution that the cell came from.
-        if longest > f64::from(most) + 1.0 {
+        if longest > f64::from(most) + slack {
             return Err(LatticeError::Resolution(longest));
         }
         let cells = wanted.map(|n| (n as u32).min(most));

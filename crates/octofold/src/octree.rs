@@ -56,7 +56,7 @@ impl Octree {
         (self.keys[at], self.classes[at])
     }
 
-    /// The leaves below an octant, as a range of indices.
+    /// The leaves below an octant, as a range of indices; empty where it lies inside a leaf.
     pub fn subtree(&self, octant: CellKey) -> std::ops::Range<usize> {
         let start = self.keys.partition_point(|&k| k < octant);
         let cells = 1 << (3 * (self.levels - octant.level()));

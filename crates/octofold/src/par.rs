@@ -15,7 +15,8 @@ pub fn blocks<T: Send>(
     block: usize,
     work: impl Fn(Range<usize>) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
-    let total = count.div_ceil(block.max(1));
+    let block = block.max(1);
+    let total = count.div_ceil(block);
     let done = AtomicU64::new(0);
     (0..total)
         .into_par_iter()

@@ -121,10 +121,13 @@ pub enum StepError {
     },
     /// The samples are numbers of parts, and no single iso value means anything.
     #[error(
-        "this volume holds {0} labels, not gray values: ask for labels to get one part per label, \
+        "this volume names {0} labels, not gray values: ask for labels to get one part per label, \
          or name an iso value"
     )]
     Labels(usize),
+    /// No value splits the samples in two.
+    #[error("{0}: there is no surface; name an iso value if one is meant")]
+    Even(String),
     /// The mesh could not be voxelized.
     #[error(transparent)]
     Voxelize(#[from] VoxelizeError),
@@ -210,11 +213,11 @@ fn with_iso(
             run.finding(Finding::note("iso-otsu", text));
             Ok(with(iso))
         }
-        None => {
-            let text = format!("every sample is {low}: there is no surface");
-            run.finding(Finding::warning("one-value", text));
-            Ok(with(low))
-        }
+        None => Err(StepError::Even(match histogram.range {
+            Some([low, high]) if low == high => format!("every sample is {low}"),
+            Some([low, high]) => format!("values from {low} to {high} cannot be told apart"),
+            None => "no sample is a finite number".into(),
+        })),
     }
 }
 

@@ -22,7 +22,7 @@ pub struct Crossing {
 }
 
 impl Crossing {
-    /// The first cell whose centre is not before the crossing.
+    /// The first cell whose centre lies beyond the crossing; a crossing on a centre lies beyond it.
     pub fn first_centre(&self) -> u32 {
         self.half.div_ceil(2)
     }
@@ -307,7 +307,7 @@ impl Local {
 }
 
 /// True where the triangle meets one of the 26 segments from the centre of a touched cell to its
-/// face centres, edge middles and corners.
+/// face centres, edge middles and corners, or lies in one plane with such a segment.
 pub fn crosses_star(facet: &Facet, sub_bits: u32, cell: [u32; 3]) -> bool {
     let half = 1i128 << (sub_bits - 1);
     let centre = cell.map(|c| (i128::from(c) << sub_bits) + half);

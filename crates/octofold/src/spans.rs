@@ -35,13 +35,14 @@ impl Spans {
     }
 
     /// Collects runs in order of slice, row and start; runs that touch are joined.
-    pub fn from_runs(
+    pub(crate) fn from_runs(
         dims: [usize; 3],
         placement: Placement,
         ordered: impl IntoIterator<Item = ([u32; 2], [u32; 2])>,
     ) -> Self {
         let mut spans = Self { slices: vec![0], ..Self::empty(dims, placement) };
         for ([y, z], [start, end]) in ordered {
+            debug_assert!((z as usize) < dims[2] && start < end && end as usize <= dims[0]);
             while spans.slices.len() <= z as usize {
                 spans.slices.push(spans.rows.len());
             }
@@ -101,11 +102,6 @@ impl Spans {
         self.runs.iter().map(|r| u64::from(r[1] - r[0])).sum()
     }
 
-    /// Number of runs.
-    pub fn run_count(&self) -> usize {
-        self.runs.len()
-    }
-
     /// Sets the unit of the world coordinates.
     #[must_use]
     pub fn in_unit(mut self, unit: Option<LengthUnit>) -> Self {
@@ -153,6 +149,9 @@ impl Volume for Spans {
     fn bounds(&self, region: Region) -> Option<[f64; 2]> {
         let [x0, y0, z0] = region.start.map(|i| i as u32);
         let [x1, y1, z1] = region.end.map(|i| i as u32);
+        if region.is_empty() {
+            return None;
+        }
         let mut empty = true;
         let mut full = true;
         for z in z0..z1 {

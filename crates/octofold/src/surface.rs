@@ -42,7 +42,7 @@ pub struct SurfaceOptions {
     pub iso: Option<f64>,
     /// Which side of the isovalue is inside.
     pub inside: Inside,
-    /// One surface per label; `iso` is not used.
+    /// One closed surface per label; `iso`, `inside` and `open` are not used.
     pub labels: bool,
     /// Leave the surface open at the volume's border.
     pub open: bool,
@@ -56,12 +56,13 @@ pub fn surface(
     options: &SurfaceOptions,
     run: &Run,
 ) -> Result<Mesh, VolumeError> {
-    let mut mesh = if options.labels {
-        labels::merge(label_meshes(volume, run)?, volume)?
-    } else {
-        let SurfaceOptions { iso, inside, open, .. } = *options;
-        let iso = iso.unwrap_or(0.5);
-        marching_cubes(volume, &CubesOptions { iso, inside, open }, run)?
+    let SurfaceOptions { method, iso, inside, open, .. } = *options;
+    let mut mesh = match method {
+        Method::Cubes if options.labels => labels::merge(label_meshes(volume, run)?, volume)?,
+        Method::Cubes => {
+            let iso = iso.unwrap_or(0.5);
+            marching_cubes(volume, &CubesOptions { iso, inside, open }, run)?
+        }
     };
     if options.normals {
         mesh.attributes.point_normals = Some(mesh.area_weighted_normals());

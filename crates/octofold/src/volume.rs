@@ -173,7 +173,8 @@ pub trait Scalar: Copy + PartialOrd + PartialEq + Send + Sync + Default + bytemu
     const TYPE: ScalarType;
     /// The value; every scalar type fits an f64 exactly.
     fn to_f64(self) -> f64;
-    /// The nearest value of this type, clamped to its range.
+    /// The value rounded towards zero and clamped to the type's range; 0 for what is no number,
+    /// where the type is whole.
     fn from_f64(value: f64) -> Self;
     /// Wraps samples of this type.
     fn block(samples: Cow<'_, [Self]>) -> Block<'_>;
@@ -220,6 +221,16 @@ pub enum VolumeError {
     /// The file behind the volume could not be read.
     #[error("the volume could not be read: {0}")]
     Read(#[from] std::io::Error),
+    /// An axis is longer than integer names of its cells reach.
+    #[error(
+        "the volume has {samples} samples along an axis; {most} are the most: cut it into parts"
+    )]
+    TooLong {
+        /// Samples along the axis.
+        samples: usize,
+        /// The most that can be named.
+        most: usize,
+    },
     /// A surface needs more points than 32-bit indices can name.
     #[error("the surface has more than 4 294 967 295 points; take a part or a coarser volume")]
     TooManyPoints,
@@ -358,40 +369,4 @@ pub fn cut<T: Copy>(samples: &[T], dims: [usize; 3], region: Region) -> Cow<'_, 
         }
     }
     Cow::Owned(out)
-}
-
-/// A volume given by a function of the sample index.
-pub struct FieldVolume<F> {
-    /// Samples along x, y, z.
-    pub dims: [usize; 3],
-    /// Where the samples lie in the world.
-    pub placement: Placement,
-    /// Value at a sample index.
-    pub field: F,
-}
-
-impl<F: Fn([usize; 3]) -> f32 + Send + Sync> Volume for FieldVolume<F> {
-    fn dims(&self) -> [usize; 3] {
-        self.dims
-    }
-
-    fn placement(&self) -> Placement {
-        self.placement
-    }
-
-    fn scalar_type(&self) -> ScalarType {
-        ScalarType::F32
-    }
-
-    fn read(&self, region: Region) -> Result<Block<'_>, VolumeError> {
-        let mut out = Vec::with_capacity(region.len());
-        for z in region.start[2]..region.end[2] {
-            for y in region.start[1]..region.end[1] {
-                for x in region.start[0]..region.end[0] {
-                    out.push((self.field)([x, y, z]));
-                }
-            }
-        }
-        Ok(Block::F32(Cow::Owned(out)))
-    }
 }

@@ -1,4 +1,4 @@
-//! Meshes into cells: solids by exact parity along rows, surfaces by exact overlap.
+//! Meshes into cells: solids by exact crossings along rows, surfaces by exact overlap.
 //!
 //! Everything is read off the scan converter ([`crate::scan`]) and one radix sort; the inside is
 //! never visited, so time and memory grow with the surface. Source: specification of network
@@ -68,10 +68,19 @@ pub enum VoxelizeError {
     /// No lattice fits.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
+    /// The surface alone has more cells than can be sorted in memory.
+    #[error(
+        "the surface would cover about {0:.1e} cells, more than {MOST_CELLS:.1e}: \
+         choose a lower resolution or a larger pitch"
+    )]
+    TooManyCells(f64),
     /// The work was interrupted.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
+
+/// Cells of the surface that are taken on; sixteen bytes each while they are sorted.
+const MOST_CELLS: f64 = 1e9;
 
 /// Makes a mesh into cells on a grid that begins at its bounding box's low corner.
 pub fn voxelize(mesh: &Mesh, options: &VoxelizeOptions, run: &Run) -> Result<Spans, VoxelizeError> {
@@ -80,11 +89,23 @@ pub fn voxelize(mesh: &Mesh, options: &VoxelizeOptions, run: &Run) -> Result<Spa
         Size::Resolution(resolution) => Lattice::fit(bounds, resolution)?,
         Size::Pitch(pitch) => Lattice::with_pitch(bounds, pitch)?,
     };
+    let squares = mesh_area(mesh) / (lattice.cell() * lattice.cell());
+    if squares > MOST_CELLS {
+        return Err(VoxelizeError::TooManyCells(squares));
+    }
     let spans = match options.fill {
         Fill::Solid => solid(mesh, &lattice, run)?,
         fill => surface(mesh, &lattice, fill, run)?,
     };
     Ok(spans.in_unit(mesh.unit))
+}
+
+fn mesh_area(mesh: &Mesh) -> f64 {
+    let area = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(glam::DVec3::from_array);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    (0..mesh.triangles.len()).map(area).sum()
 }
 
 /// The triangles of `mesh` in sub-steps of `lattice`.
@@ -108,7 +129,7 @@ enum Boundary {
 ///
 /// Inside is where the winding number of a closed and consistently oriented mesh is not zero (so
 /// parts that overlap unite), where rows have crossed a closed mesh an odd number of times if its
-/// orientation is not consistent, and where the generalized winding number is at least one half
+/// orientation is not consistent, and where the generalized winding number is one half or more
 /// for all other meshes; the last two leave a finding.
 pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancelled> {
     run.stage("snap");
@@ -142,7 +163,7 @@ pub fn solid(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Spans, Cancell
             run.stage("scan surface");
             let unclosed = Unclosed {
                 lattice,
-                touched: touched(&facets, lattice, run, |cell, _| Some(cell))?,
+                touched: touched(&facets, lattice, run, |_, _| true)?,
                 borders: radix::sort(borders, X_BITS + 1, Equal::Keep).concat(),
                 rims: unclosed::rims(&open, lattice),
                 winding: Winding::new(mesh),
@@ -257,9 +278,7 @@ fn fill_rows(
 /// Puts ordered shares of runs together.
 fn gather(lattice: &Lattice, runs: Vec<Vec<([u32; 2], [u32; 2])>>) -> Spans {
     let dims = lattice.cells().map(|n| n as usize);
-    // A centre may lie exactly on the far border's crossing: such runs are empty.
-    let filled = runs.into_iter().flatten().filter(|(_, [start, end])| start < end);
-    Spans::from_runs(dims, lattice.placement(), filled)
+    Spans::from_runs(dims, lattice.placement(), runs.into_iter().flatten())
 }
 
 /// The cells that the surface occupies in the sense of `fill`, which is not [`Fill::Solid`].
@@ -269,9 +288,9 @@ pub fn surface(mesh: &Mesh, lattice: &Lattice, fill: Fill, run: &Run) -> Result<
     run.stage("scan surface");
     match fill {
         Fill::Solid => solid(mesh, lattice, run),
-        Fill::Surface => touched(&facets, lattice, run, |cell, _| Some(cell)),
+        Fill::Surface => touched(&facets, lattice, run, |_, _| true),
         Fill::ThinSurface26 => touched(&facets, lattice, run, |cell, facet| {
-            scan::crosses_star(facet, lattice.sub_bits(), cell).then_some(cell)
+            scan::crosses_star(facet, lattice.sub_bits(), cell)
         }),
         Fill::ThinSurface6 => {
             let keys = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
@@ -299,13 +318,15 @@ fn touched(
     facets: &[Facet],
     lattice: &Lattice,
     run: &Run,
-    keep: impl Fn([u32; 3], &Facet) -> Option<[u32; 3]> + Sync,
+    keep: impl Fn([u32; 3], &Facet) -> bool + Sync,
 ) -> Result<Spans, Cancelled> {
     let keys = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
         let mut keys = Vec::new();
         for facet in &facets[block] {
             scan::cells(facet, lattice.sub_bits(), |cell| {
-                keys.extend(keep(cell, facet).map(|cell| row_major(lattice, cell)));
+                if keep(cell, facet) {
+                    keys.push(row_major(lattice, cell));
+                }
             });
         }
         keys

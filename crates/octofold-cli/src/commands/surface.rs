@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long)]
     labels: bool,
     /// Leave the surface open where it meets the border of the volume
-    #[arg(long)]
+    #[arg(long, conflicts_with = "labels")]
     open: bool,
     /// Add vertex normals
     #[arg(long)]

@@ -1,5 +1,6 @@
 //! Linear octrees out of meshes and volumes.
 
+use super::key::MAX_LEVEL;
 use super::{CellKey, Class, Octree, key};
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
@@ -21,19 +22,41 @@ impl Octree {
         let inside = voxelize::solid(mesh, lattice, run)?;
         run.stage("octree");
         let codes = touched_codes(mesh, lattice, run)?;
-        Ok(Self::from_gray(lattice.levels(), &codes, |cell| inside.contains(cell)))
+        let cells = lattice.cells();
+        Ok(Self::from_gray(lattice.levels(), &codes, |low, size| {
+            // Cells beyond the grid are outside. Where the mesh has holes, an octant that no
+            // triangle touches may hold both.
+            let start = low.map(|i| i as usize);
+            let end = std::array::from_fn(|a| (low[a] + size).min(cells[a]) as usize);
+            if (0..3).any(|a| start[a] >= end[a]) {
+                return Some(false);
+            }
+            let whole = (0..3).all(|a| low[a] + size <= cells[a]);
+            match inside.bounds(Region { start, end }) {
+                Some([_, most]) if most == 0.0 => Some(false),
+                Some([least, _]) if least == 1.0 && whole => Some(true),
+                _ => None,
+            }
+        }))
     }
 
     /// The octree over the cells between the samples of a volume and a ring of outside samples
     /// round them: gray where the eight samples differ, else black or white. Cell (0, 0, 0) is
     /// the one before the first sample.
+    ///
+    /// # Errors
+    /// Where a block cannot be read, the work is interrupted, or an axis has more than 2^19 - 1
+    /// samples.
     pub fn from_volume(volume: &dyn Volume, iso: f64, run: &Run) -> Result<Self, VolumeError> {
         const SLAB: usize = 16;
         run.stage("octree");
         let iso = if volume.is_binary() { 0.5 } else { iso };
         let dims = volume.dims();
-        let longest = dims.into_iter().max().unwrap_or(0) as u32 + 1;
-        let levels = longest.next_power_of_two().trailing_zeros();
+        let longest = dims.into_iter().max().unwrap_or(0);
+        if longest >= 1 << MAX_LEVEL {
+            return Err(VolumeError::TooLong { samples: longest, most: (1 << MAX_LEVEL) - 1 });
+        }
+        let levels = (longest + 1).next_power_of_two().trailing_zeros();
         let layers = |z: std::ops::Range<usize>| Region {
             start: [0, 0, z.start],
             end: [dims[0], dims[1], z.end],
@@ -56,15 +79,15 @@ impl Octree {
             let one = Region { start: sample, end: sample.map(|i| i + 1) };
             Ok(volume.read(one)?.value(0) >= iso)
         };
-        // A uniform octant is as its first cell, and that as its high corner sample or the ring.
+        // An octant without a mixed cell is as its first cell, and that as its low sample.
         let failed = std::sync::Mutex::new(None);
-        let tree = Self::from_gray(levels, &codes, |cell| {
-            inside(cell).unwrap_or_else(|e: VolumeError| {
+        let tree = Self::from_gray(levels, &codes, |low, _| {
+            Some(inside(low).unwrap_or_else(|e: VolumeError| {
                 if let Ok(mut slot) = failed.lock() {
                     slot.get_or_insert(e);
                 }
                 false
-            })
+            }))
         });
         match failed.into_inner() {
             Ok(Some(e)) => Err(e),
@@ -73,8 +96,14 @@ impl Octree {
     }
 
     /// Completes sorted, distinct Morton codes of gray finest cells with the largest black and
-    /// white octants between them; `inside` tells black from white by an octant's first cell.
-    pub fn from_gray(levels: u32, gray: &[u64], inside: impl Fn([u32; 3]) -> bool + Sync) -> Self {
+    /// white octants between them. `inside` tells black from white for an octant without gray
+    /// cells, by its low corner and size, or `None` where it holds both; for single cells it
+    /// always tells.
+    fn from_gray(
+        levels: u32,
+        gray: &[u64],
+        inside: impl Fn([u32; 3], u32) -> Option<bool> + Sync,
+    ) -> Self {
         let mut tops = Vec::new();
         split(CellKey::ROOT, gray, levels, SPLIT_LEVEL.min(levels), &mut |key, codes| {
             tops.push((key, codes));
@@ -82,17 +111,30 @@ impl Octree {
         let parts = par::map(&tops, |&(top, codes)| {
             let mut leaves = Vec::new();
             split(top, codes, levels, levels, &mut |key, codes| {
-                let class = match codes {
-                    [] if inside(key.corner()) => Class::Black,
-                    [] => Class::White,
-                    _ => Class::Gray,
-                };
-                leaves.push((key, class));
+                if codes.is_empty() {
+                    classify(key, levels, &inside, &mut leaves);
+                } else {
+                    leaves.push((key, Class::Gray));
+                }
             });
             leaves
         });
         let (keys, classes) = parts.into_iter().flatten().unzip();
         Self { levels, keys, classes }
+    }
+}
+
+/// Adds the black and white leaves of an octant without gray cells.
+fn classify(
+    key: CellKey,
+    levels: u32,
+    inside: &impl Fn([u32; 3], u32) -> Option<bool>,
+    leaves: &mut Vec<(CellKey, Class)>,
+) {
+    match inside(key.corner(), key.size(levels)) {
+        Some(true) => leaves.push((key, Class::Black)),
+        Some(false) => leaves.push((key, Class::White)),
+        None => (0..8).for_each(|o| classify(key.child(o, levels), levels, inside, leaves)),
     }
 }
 
@@ -252,6 +294,23 @@ mod tests {
         let octant = tree.leaf_at([0, 0, 0]).0.parent(16).unwrap();
         let below = tree.subtree(octant);
         assert!(tree.keys()[below].iter().all(|&k| octant.contains(k, 16)));
+    }
+
+    #[test]
+    fn leaves_agree_with_the_cells_of_a_mesh_with_a_hole() {
+        let mut mesh = crate::samples::Sample::Sphere.polygons(24).unwrap().triangulate();
+        mesh.triangles.drain(0..60);
+        let lattice = Lattice::fit(mesh.bounds().unwrap(), 40).unwrap();
+        let tree = Octree::from_mesh(&mesh, &lattice, &Run::default()).unwrap();
+        let cells = voxelize::solid(&mesh, &lattice, &Run::default()).unwrap();
+        for code in 0..1 << (3 * tree.levels()) {
+            let cell = key::unmorton(code);
+            match tree.leaf_at(cell).1 {
+                Class::Black => assert!(cells.contains(cell), "{cell:?}"),
+                Class::White => assert!(!cells.contains(cell), "{cell:?}"),
+                Class::Gray => {}
+            }
+        }
     }
 
     #[test]

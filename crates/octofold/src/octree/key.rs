@@ -106,7 +106,11 @@ impl CellKey {
 pub struct VertexName(u64);
 
 impl VertexName {
-    /// The vertex on the lattice edge that leaves `low` along `axis`.
+    /// The last lattice index along an axis that has a name.
+    pub const LAST: u32 = (1 << 20) - 2;
+
+    /// The vertex on the lattice edge that leaves `low` along `axis`; no index is above
+    /// [`Self::LAST`]` + 1`.
     pub const fn on_edge(low: [u32; 3], axis: usize) -> Self {
         Self(morton(low) << 2 | axis as u64)
     }

@@ -25,7 +25,8 @@ use std::ops::Range;
 /// Layers of cells in one unit of work.
 const SLAB: usize = 32;
 
-/// Bytes of bits that the first pass keeps for the second; slabs beyond are read again.
+/// Bytes of bits that the first pass keeps for the second; slabs beyond are read again. Shares,
+/// four bytes for each vertex, come on top.
 const KEPT_BYTES: usize = 256 << 20;
 
 /// Least distance of a vertex from the ends of its edge, as a share of the edge.
@@ -152,7 +153,8 @@ impl<'a> Frame<'a> {
 
     /// Cells along `axis`.
     fn cells(&self, axis: usize) -> usize {
-        if self.dims.contains(&0) { 0 } else { self.points(axis) - 1 }
+        let empty = self.dims.contains(&0) || (0..3).any(|a| self.points(a) < 2);
+        if empty { 0 } else { self.points(axis) - 1 }
     }
 
     /// The real sample behind lattice index `i`; `None` in the ring.
@@ -164,26 +166,51 @@ impl<'a> Frame<'a> {
     fn slab(&self, volume: &dyn Volume, layers: Range<usize>) -> Result<Slab, VolumeError> {
         let first = layers.start.saturating_sub(self.pad);
         let end = (layers.end + 1 - self.pad).min(self.dims[2]);
-        let block =
-            volume.read(Region { start: [0, 0, first], end: [self.dims[0], self.dims[1], end] })?;
+        let region = Region { start: [0, 0, first], end: [self.dims[0], self.dims[1], end] };
+        if volume.bounds(region).is_some_and(|b| self.is_outside(b)) {
+            let bits = self.no_bits(&layers);
+            return Ok(self.new_slab(layers, bits));
+        }
+        let block = volume.read(region)?;
         Ok(with_samples!(&block, samples => {
             let bits = self.pack(samples, first, &layers);
-            let mut slab = Slab {
-                rows: self.points(1),
-                cells: self.cells(0),
-                top: self.cells(2),
-                layers,
-                bits,
-                shares: Vec::new(),
-                points: 0,
-                triangles: 0,
-            };
+            let mut slab = self.new_slab(layers, bits);
             slab.count(&self.patches);
             if !self.binary {
                 slab.shares = self.shares(&slab, samples, first);
             }
             slab
         }))
+    }
+
+    fn new_slab(&self, layers: Range<usize>, bits: Vec<u64>) -> Slab {
+        Slab {
+            rows: self.points(1),
+            cells: self.cells(0),
+            top: self.cells(2),
+            layers,
+            bits,
+            shares: Vec::new(),
+            points: 0,
+            triangles: 0,
+        }
+    }
+
+    /// The bits of lattice layers `layers.start..=layers.end` where nothing is inside.
+    fn no_bits(&self, layers: &Range<usize>) -> Vec<u64> {
+        vec![0; (layers.len() + 1) * self.points(1) * self.words()]
+    }
+
+    fn iso(&self) -> f64 {
+        if self.binary { 0.5 } else { self.options.iso }
+    }
+
+    /// True where no value between two bounds is inside.
+    fn is_outside(&self, [least, most]: [f64; 2]) -> bool {
+        match self.options.inside {
+            Inside::Above => most < self.iso(),
+            Inside::Below => least >= self.iso(),
+        }
     }
 
     /// Where the isosurface cuts each crossed edge, as a share of the edge from its low end.
@@ -222,9 +249,8 @@ impl<'a> Frame<'a> {
     fn pack<T: Scalar>(&self, samples: &[T], first: usize, layers: &Range<usize>) -> Vec<u64> {
         let [nx, ny, _] = self.dims;
         let (rows, words) = (self.points(1), self.words());
-        let iso = if self.binary { 0.5 } else { self.options.iso };
-        let threshold = bits::at_least::<T>(iso);
-        let mut packed = vec![0; (layers.len() + 1) * rows * words];
+        let threshold = bits::at_least::<T>(self.iso());
+        let mut packed = self.no_bits(layers);
         for (r, row) in packed.chunks_exact_mut(words).enumerate() {
             let (Some(y), Some(z)) =
                 (self.real(r % rows, 1), self.real(layers.start + r / rows, 2))
@@ -565,10 +591,38 @@ mod tests {
     }
 
     #[test]
+    fn flat_volumes_have_no_open_surface() {
+        for dims in [[1, 5, 5], [5, 1, 5], [5, 5, 1]] {
+            let samples = (0..25).map(|i| (i % 3) as f32).collect();
+            let volume = DenseVolume::new(dims, samples, Placement::default()).unwrap();
+            let options = CubesOptions { iso: 0.5, inside: Inside::Above, open: true };
+            let mesh = marching_cubes(&volume, &options, &Run::default()).unwrap();
+            assert!(mesh.points.is_empty() && mesh.triangles.is_empty(), "{dims:?}");
+        }
+    }
+
+    #[test]
+    fn bounds_spare_slabs_and_change_nothing() {
+        let field = crate::samples::Sample::Torus.volume(80).unwrap();
+        let samples = field.read(Region::all(field.dims())).unwrap();
+        let samples = (0..samples.len()).map(|i| samples.value(i) as f32).collect();
+        let dense = DenseVolume::new(field.dims(), samples, field.placement()).unwrap();
+        let options = CubesOptions { iso: 0.0, inside: Inside::Below, open: false };
+        let [pruned, whole] = [&field as &dyn Volume, &dense]
+            .map(|v| marching_cubes(v, &options, &Run::default()).unwrap());
+        assert!(pruned == whole && !whole.triangles.is_empty());
+    }
+
+    #[test]
     fn open_borders_stay_open() {
         let volume = DenseVolume::new([3; 3], vec![1f32; 27], Placement::default()).unwrap();
         let options = CubesOptions { iso: 0.5, inside: Inside::Above, open: true };
         assert!(marching_cubes(&volume, &options, &Run::default()).unwrap().triangles.is_empty());
+        // A plane across the volume ends at its border: a square of four cells, no cap.
+        let samples = (0..27).map(|i| if i < 9 { 1f32 } else { 0.0 }).collect();
+        let volume = DenseVolume::new([3; 3], samples, Placement::default()).unwrap();
+        let mesh = marching_cubes(&volume, &options, &Run::default()).unwrap();
+        assert_eq!((mesh.points.len(), mesh.triangles.len()), (9, 8));
     }
 
     #[test]

@@ -43,8 +43,11 @@ struct Record {
 pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, VolumeError> {
     let placement = volume.placement();
     let [nx, ny, nz] = volume.dims();
-    if nx * ny * nz == 0 {
+    if [nx, ny, nz].contains(&0) {
         return Ok(Vec::new());
+    }
+    if let Some(&samples) = [nx, ny, nz].iter().find(|&&n| n > VertexName::LAST as usize) {
+        return Err(VolumeError::TooLong { samples, most: VertexName::LAST as usize });
     }
     run.stage("count");
     let slabs = par::blocks(run, nz + 1, SLAB, |layers| {
@@ -57,7 +60,7 @@ pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, Vo
     })?;
     let slabs = slabs.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
     let mut records = slabs.concat();
-    par::sort_by_key(&mut records, |r| *r);
+    par::sort(&mut records);
     let groups: Vec<&[Record]> = records.chunk_by(|a, b| a.label == b.label).collect();
     let mut patches = *PATCHES;
     if placement.determinant() < 0.0 {

@@ -1,4 +1,5 @@
-//! The inside of meshes that are not closed, by the generalized winding number.
+//! The inside of meshes that are not closed: where the generalized winding number is one half or
+//! more, either way round.
 //!
 //! The winding number is dear to evaluate and rarely needed: away from the surface it is smooth,
 //! so octants without surface are taken whole where a few samples agree, and in a block that the
@@ -321,8 +322,30 @@ mod tests {
     use crate::samples::Sample;
 
     #[test]
+    fn threads_do_not_change_a_byte() {
+        let mut mesh = Sample::Torus.polygons(40).unwrap().triangulate();
+        mesh.triangles.drain(40..90);
+        let lattice = Lattice::fit(mesh.bounds().unwrap(), 150).unwrap();
+        let all = [1, 2, 3, 8].map(|threads| {
+            par::with_threads(threads, || solid(&mesh, &lattice, &Run::default()).unwrap())
+        });
+        assert!(all.windows(2).all(|s| s[0] == s[1]));
+        assert!(all[0].count() > 100_000);
+    }
+
+    #[test]
+    fn an_open_shell_turned_inside_out_keeps_its_inside() {
+        let mut mesh = Sample::Sphere.polygons(24).unwrap().triangulate();
+        mesh.triangles.drain(40..52);
+        let lattice = Lattice::fit(mesh.bounds().unwrap(), 30).unwrap();
+        let outward = solid(&mesh, &lattice, &Run::default()).unwrap();
+        mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        assert_eq!(outward.count(), solid(&mesh, &lattice, &Run::default()).unwrap().count());
+    }
+
+    #[test]
     fn a_nearly_closed_ball_is_filled_as_the_winding_number_says() {
-        let mut mesh = Sample::Sphere.mesh(24, &Run::default()).unwrap().triangulate();
+        let mut mesh = Sample::Sphere.polygons(24).unwrap().triangulate();
         // A hole of a few triangles.
         mesh.triangles.drain(40..52);
         let lattice = Lattice::fit(mesh.bounds().unwrap(), 40).unwrap();
