@@ -28,8 +28,9 @@ pub struct Common {
     #[arg(long, short, global = true)]
     pub verbose: bool,
     /// Threads to work with; 0 takes one per core. Results do not depend on it
-    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
-    pub threads: usize,
+    #[arg(long, global = true, value_name = "N", default_value_t = 0,
+        value_parser = clap::value_parser!(u16).range(0..=1024))]
+    pub threads: u16,
 }
 
 const AFTER_HELP: &str = "\

@@ -27,7 +27,7 @@ fn main() -> ExitCode {
     let cancel = Cancel::default();
     watch_for_interrupts(&cancel);
     let job = Job::new(&cli, cancel.clone());
-    let outcome = par::with_threads(cli.common.threads, || commands::run(cli.command, &job));
+    let outcome = par::with_threads(cli.common.threads.into(), || commands::run(cli.command, &job));
     job.terminal.clear();
     match outcome {
         Ok(Outcome::Holds) => ExitCode::SUCCESS,

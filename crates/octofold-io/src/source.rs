@@ -79,7 +79,12 @@ impl Files for Folder {
             );
             return Err(ReadError::Io { path: name.into(), source });
         }
-        Bytes::open(&self.0.join(relative))
+        let path = self.0.join(relative);
+        if std::fs::metadata(&path).is_ok_and(|m| !m.is_file()) {
+            let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a file");
+            return Err(ReadError::Io { path, source });
+        }
+        Bytes::open(&path)
     }
 }
 

@@ -166,16 +166,33 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Shape, StepEr
                 run.stage("triangulate");
                 let mesh = soup.triangulate();
                 drop(soup);
-                Shape::Volume(Arc::new(voxelize::voxelize(&mesh, options, run)?))
+                let cells = voxelize::voxelize(&mesh, options, run)?;
+                if cells.count() == 0 {
+                    run.finding(Finding::warning("empty-volume", "no voxel is set"));
+                }
+                Shape::Volume(Arc::new(cells))
             }
             (Step::Surface(options), Shape::Volume(volume)) => {
                 let options = with_iso(volume.as_ref(), options, run)?;
-                Shape::Soup(surface::surface(volume.as_ref(), &options, run)?.into())
+                let mesh = surface::surface(volume.as_ref(), &options, run)?;
+                if mesh.triangles.is_empty() {
+                    run.finding(empty_surface(&options));
+                }
+                Shape::Soup(mesh.into())
             }
             (_, unfit) => unfit,
         };
     }
     Ok(shape)
+}
+
+fn empty_surface(options: &SurfaceOptions) -> Finding {
+    let text = match options.iso {
+        _ if options.labels => "no sample is a label, a whole number above 0".into(),
+        Some(iso) => format!("no sample is inside at iso value {iso}"),
+        None => "no sample is inside".into(),
+    };
+    Finding::warning("empty-surface", format!("there is no surface: {text}"))
 }
 
 /// The same options with an iso value: the one asked for, 0.5 for a binary volume, else Otsu's

@@ -80,7 +80,7 @@ pub enum VoxelizeError {
 }
 
 /// Cells of the surface that are taken on; sixteen bytes each while they are sorted.
-const MOST_CELLS: f64 = 1e9;
+const MOST_CELLS: f64 = 5e8;
 
 /// Makes a mesh into cells on a grid that begins at its bounding box's low corner.
 pub fn voxelize(mesh: &Mesh, options: &VoxelizeOptions, run: &Run) -> Result<Spans, VoxelizeError> {

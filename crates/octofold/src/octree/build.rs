@@ -33,8 +33,8 @@ impl Octree {
             }
             let whole = (0..3).all(|a| low[a] + size <= cells[a]);
             match inside.bounds(Region { start, end }) {
-                Some([_, most]) if most == 0.0 => Some(false),
-                Some([least, _]) if least == 1.0 && whole => Some(true),
+                Some([_, 0.0]) => Some(false),
+                Some([1.0, _]) if whole => Some(true),
                 _ => None,
             }
         }))
