@@ -155,10 +155,15 @@ impl Volume for Spans {
         let mut empty = true;
         let mut full = true;
         for z in z0..z1 {
-            for y in y0..y1 {
-                let row = self.row(y as usize, z as usize);
-                let at = row.partition_point(|run| run[1] <= x0);
-                let run = row.get(at).filter(|run| run[0] < x1);
+            let rows = self.slices[z as usize]..self.slices[z as usize + 1];
+            let slice = &self.rows[rows.clone()];
+            let first = rows.start + slice.partition_point(|r| r.y < y0);
+            let last = rows.start + slice.partition_point(|r| r.y < y1);
+            full &= last - first == (y1 - y0) as usize;
+            for row in first..last {
+                let runs = &self.runs[self.runs_of(row)];
+                let at = runs.partition_point(|run| run[1] <= x0);
+                let run = runs.get(at).filter(|run| run[0] < x1);
                 empty &= run.is_none();
                 full &= run.is_some_and(|run| run[0] <= x0 && run[1] >= x1);
                 if !empty && !full {
