@@ -1,6 +1,6 @@
 //! How often each value occurs in a volume, counted over streamed blocks.
 //!
-//! Memory does not grow with the volume: one slab of samples and one table of counts per slab.
+//! Samples are read a slab at a time; what stays of a slab is one table of counts, folded at the end.
 //! Counts are whole numbers, so the result is the same for any number of threads.
 
 use crate::par;

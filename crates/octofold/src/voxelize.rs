@@ -7,7 +7,7 @@
 mod unclosed;
 
 use crate::lattice::{Lattice, LatticeError};
-use crate::measure::Winding;
+use crate::measure::{Extent, Winding};
 use crate::mesh::Mesh;
 use crate::par;
 use crate::radix::{self, Equal};
@@ -89,23 +89,11 @@ pub fn voxelize(mesh: &Mesh, options: &VoxelizeOptions, run: &Run) -> Result<Spa
         Size::Resolution(resolution) => Lattice::fit(bounds, resolution)?,
         Size::Pitch(pitch) => Lattice::with_pitch(bounds, pitch)?,
     };
-    let squares = mesh_area(mesh) / (lattice.cell() * lattice.cell());
+    let squares = Extent::of(mesh, run)?.area / (lattice.cell() * lattice.cell());
     if squares > MOST_CELLS {
         return Err(VoxelizeError::TooManyCells(squares));
     }
-    let spans = match options.fill {
-        Fill::Solid => solid(mesh, &lattice, run)?,
-        fill => surface(mesh, &lattice, fill, run)?,
-    };
-    Ok(spans.in_unit(mesh.unit))
-}
-
-fn mesh_area(mesh: &Mesh) -> f64 {
-    let area = |t: usize| {
-        let [a, b, c] = mesh.corners(t).map(glam::DVec3::from_array);
-        (b - a).cross(c - a).length() / 2.0
-    };
-    (0..mesh.triangles.len()).map(area).sum()
+    Ok(cells(mesh, &lattice, options.fill, run)?.in_unit(mesh.unit))
 }
 
 /// The triangles of `mesh` in sub-steps of `lattice`.
@@ -281,36 +269,42 @@ fn gather(lattice: &Lattice, runs: Vec<Vec<([u32; 2], [u32; 2])>>) -> Spans {
     Spans::from_runs(dims, lattice.placement(), runs.into_iter().flatten())
 }
 
-/// The cells that the surface occupies in the sense of `fill`, which is not [`Fill::Solid`].
-pub fn surface(mesh: &Mesh, lattice: &Lattice, fill: Fill, run: &Run) -> Result<Spans, Cancelled> {
-    run.stage("snap");
-    let facets = facets(mesh, lattice);
-    run.stage("scan surface");
+/// The cells of a lattice that `fill` sets.
+pub fn cells(mesh: &Mesh, lattice: &Lattice, fill: Fill, run: &Run) -> Result<Spans, Cancelled> {
+    let facets = || {
+        run.stage("snap");
+        let facets = facets(mesh, lattice);
+        run.stage("scan surface");
+        facets
+    };
     match fill {
         Fill::Solid => solid(mesh, lattice, run),
-        Fill::Surface => touched(&facets, lattice, run, |_, _| true),
-        Fill::ThinSurface26 => touched(&facets, lattice, run, |cell, facet| {
+        Fill::Surface => touched(&facets(), lattice, run, |_, _| true),
+        Fill::ThinSurface26 => touched(&facets(), lattice, run, |cell, facet| {
             scan::crosses_star(facet, lattice.sub_bits(), cell)
         }),
-        Fill::ThinSurface6 => {
-            let keys = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
-                let mut keys = Vec::new();
-                for facet in &facets[block] {
-                    for axis in 0..3 {
-                        scan::crossings(facet, lattice.sub_bits(), axis, Lines::Centres, |c| {
-                            let mut cell = [0; 3];
-                            cell[axis] = c.half / 2;
-                            cell[(axis + 1) % 3] = c.row[0];
-                            cell[(axis + 2) % 3] = c.row[1];
-                            keys.push(row_major(lattice, cell));
-                        });
-                    }
-                }
-                keys
-            })?;
-            Ok(from_cells(lattice, keys))
-        }
+        Fill::ThinSurface6 => crossed(&facets(), lattice, run),
     }
+}
+
+/// The cells in which a line through cell centres crosses the surface.
+fn crossed(facets: &[Facet], lattice: &Lattice, run: &Run) -> Result<Spans, Cancelled> {
+    let keys = par::blocks(run, facets.len(), block_of(facets.len()), |block| {
+        let mut keys = Vec::new();
+        for facet in &facets[block] {
+            for axis in 0..3 {
+                scan::crossings(facet, lattice.sub_bits(), axis, Lines::Centres, |c| {
+                    let mut cell = [0; 3];
+                    cell[axis] = c.half / 2;
+                    cell[(axis + 1) % 3] = c.row[0];
+                    cell[(axis + 2) % 3] = c.row[1];
+                    keys.push(row_major(lattice, cell));
+                });
+            }
+        }
+        keys
+    })?;
+    Ok(from_cells(lattice, keys))
 }
 
 /// The touched cells that `keep` keeps.
@@ -379,7 +373,7 @@ mod tests {
         .unwrap()
     }
 
-    fn cells(mesh: &Mesh, resolution: u32, fill: Fill) -> Spans {
+    fn voxels(mesh: &Mesh, resolution: u32, fill: Fill) -> Spans {
         let options = VoxelizeOptions { size: Size::Resolution(resolution), fill };
         voxelize(mesh, &options, &Run::default()).unwrap()
     }
@@ -387,10 +381,10 @@ mod tests {
     #[test]
     fn a_box_fills_its_grid_and_its_surface_is_the_shell() {
         let mesh = cuboid([0.0; 3], [1.0; 3]);
-        assert_eq!(cells(&mesh, 10, Fill::Solid).count(), 1000);
+        assert_eq!(voxels(&mesh, 10, Fill::Solid).count(), 1000);
         let shell = 1000 - 8 * 8 * 8;
         for fill in [Fill::Surface, Fill::ThinSurface26, Fill::ThinSurface6] {
-            assert_eq!(cells(&mesh, 10, fill).count(), shell, "{fill:?}");
+            assert_eq!(voxels(&mesh, 10, fill).count(), shell, "{fill:?}");
         }
     }
 
@@ -398,25 +392,25 @@ mod tests {
     fn overlapping_parts_unite_and_cavities_stay_empty() {
         let both = join(cuboid([0.0; 3], [6.0; 3]), cuboid([3.0; 3], [8.0; 3]));
         let expected = 216 + 125 - 27;
-        assert_eq!(cells(&both, 8, Fill::Solid).count(), expected);
+        assert_eq!(voxels(&both, 8, Fill::Solid).count(), expected);
         let mut inner = cuboid([2.0; 3], [5.0; 3]);
         inner.triangles.iter_mut().for_each(|t| t.swap(0, 1));
         let hollow = join(cuboid([0.0; 3], [8.0; 3]), inner);
-        assert_eq!(cells(&hollow, 8, Fill::Solid).count(), 512 - 27);
+        assert_eq!(voxels(&hollow, 8, Fill::Solid).count(), 512 - 27);
     }
 
     #[test]
     fn flipped_triangles_are_filled_by_parity() {
         let mut mesh = cuboid([0.0; 3], [1.0; 3]);
         mesh.triangles[3].swap(0, 1);
-        assert_eq!(cells(&mesh, 12, Fill::Solid).count(), 12 * 12 * 12);
+        assert_eq!(voxels(&mesh, 12, Fill::Solid).count(), 12 * 12 * 12);
     }
 
     #[test]
     fn a_box_without_a_triangle_is_filled_by_winding_number() {
         let mut mesh = cuboid([0.0; 3], [1.0; 3]);
         mesh.triangles.pop();
-        let count = cells(&mesh, 16, Fill::Solid).count();
+        let count = voxels(&mesh, 16, Fill::Solid).count();
         // Half a side is open: the level set of one half bulges there by a little.
         assert!((3600..=4096).contains(&count), "{count}");
     }
@@ -459,9 +453,9 @@ mod tests {
             // Two stray points make the box tall enough.
             points.extend([[0.0, 0.0, 0.0], [12.0, 12.0, 24.0]]);
             let mesh = Mesh::new(points, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
-            let touched = cells(&mesh, 24, Fill::Surface);
-            let thin26 = cells(&mesh, 24, Fill::ThinSurface26);
-            let thin6 = cells(&mesh, 24, Fill::ThinSurface6);
+            let touched = voxels(&mesh, 24, Fill::Surface);
+            let thin26 = voxels(&mesh, 24, Fill::ThinSurface26);
+            let thin6 = voxels(&mesh, 24, Fill::ThinSurface6);
             let faces = |s: [i64; 3]| s.iter().map(|c| c.abs()).sum::<i64>() == 1;
             assert!(!leaks(&touched, |_| true));
             assert!(!leaks(&thin26, |_| true));
@@ -474,7 +468,7 @@ mod tests {
     fn threads_do_not_change_a_byte() {
         let mesh = join(cuboid([0.1; 3], [6.3, 5.0, 4.0]), cuboid([3.0; 3], [8.0; 3]));
         for fill in [Fill::Solid, Fill::Surface, Fill::ThinSurface26, Fill::ThinSurface6] {
-            let all = [1, 2, 3, 8].map(|n| par::with_threads(n, || cells(&mesh, 50, fill)));
+            let all = [1, 2, 3, 8].map(|n| par::with_threads(n, || voxels(&mesh, 50, fill)));
             assert!(all.windows(2).all(|s| s[0] == s[1]));
         }
     }

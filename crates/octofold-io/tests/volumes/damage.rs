@@ -93,15 +93,11 @@ fn the_fuzz_corpus_is_read_without_panic() {
     let mut count = 0;
     for target in ["nifti", "nrrd", "npy", "binvox", "vox"] {
         let ending = if target == "nifti" { "nii" } else { target };
-        let Ok(folder) = std::fs::read_dir(corpus.join(target)) else {
-            println!("skipped: no corpus of {target}");
-            continue;
-        };
-        for file in folder {
+        for file in std::fs::read_dir(corpus.join(target)).unwrap() {
             let bytes = std::fs::read(file.unwrap().path()).unwrap();
             exercise(&format!("x.{ending}"), &bytes);
             count += 1;
         }
     }
-    println!("{count} files of the corpus replayed");
+    assert!(count >= 5, "{count} files");
 }

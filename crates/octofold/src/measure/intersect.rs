@@ -50,7 +50,7 @@ pub fn self_intersections(mesh: &Mesh, run: &Run) -> Result<Vec<[u32; 2]>, Cance
         pairs
     })?;
     let mut pairs = found.concat();
-    par::sort_by_key(&mut pairs, |&pair| pair);
+    par::sort(&mut pairs);
     Ok(pairs)
 }
 

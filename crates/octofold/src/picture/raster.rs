@@ -140,7 +140,7 @@ impl<'a> Tiles<'a> {
             pairs
         })?;
         let mut pairs = blocks.concat();
-        par::sort_by_key(&mut pairs, |&pair| pair);
+        par::sort(&mut pairs);
         Ok(pairs)
     }
 

@@ -46,7 +46,7 @@ impl Weld {
                 }
             }
         }
-        par::sort_by_key(&mut edges, |&edge| edge);
+        par::sort(&mut edges);
         let alone = edges.chunk_by(|x, y| x.0 == y.0).filter(|run| run.len() == 1);
         alone
             .map(|run| {
