@@ -1,8 +1,10 @@
 //! Volumes into meshes.
 
 pub mod cell;
+pub mod certified;
 pub mod cubes;
 pub mod labels;
+mod slab;
 pub mod threshold;
 
 use crate::mesh::Mesh;

@@ -33,7 +33,7 @@ pub const fn edge_axis(e: usize) -> usize {
 }
 
 /// The edge along `axis` whose low corner is `corner` with bit `axis` cleared.
-const fn edge_at(corner: usize, axis: usize) -> usize {
+pub const fn edge_at(corner: usize, axis: usize) -> usize {
     let (x, y, z) = (corner & 1, corner >> 1 & 1, corner >> 2 & 1);
     4 * axis
         + match axis {
@@ -56,7 +56,7 @@ const fn face_corners(f: usize) -> [usize; 4] {
 }
 
 /// Both faces that contain edge `e`, as bits.
-fn faces_of_edge(e: usize) -> u8 {
+pub fn faces_of_edge(e: usize) -> u8 {
     let (axis, corner) = (edge_axis(e), edge_corner(e));
     let mut faces = 0;
     for other in (0..3).filter(|&a| a != axis) {
@@ -98,21 +98,54 @@ fn patch(mask: usize) -> Patch {
     patch
 }
 
+/// The segments that cut off the inside corners of face `f`, each from a crossed edge to a crossed
+/// edge, outside on the left seen from outside the cell.
+fn segments(mask: usize, f: usize) -> impl Iterator<Item = (usize, usize)> {
+    let inside = move |c: usize| mask >> c & 1 == 1;
+    let ring = face_corners(f);
+    let edge = move |i: usize| {
+        let (a, b) = (ring[i % 4], ring[(i + 1) % 4]);
+        edge_at(a & b, (a ^ b).trailing_zeros() as usize)
+    };
+    (0..4).filter(move |&i| !inside(ring[i]) && inside(ring[(i + 1) % 4])).map(move |first| {
+        let run = (1..4).take_while(|&k| inside(ring[(first + k) % 4])).count();
+        (edge(first), edge(first + run))
+    })
+}
+
+/// Where the segments on a cell's faces lead: `ONWARD[mask][face][edge]` is the edge at the end of
+/// the segment on that face that starts on that edge, [`NO_EDGE`] where none does.
+pub static ONWARD: LazyLock<Box<[[[u8; 12]; 6]; 256]>> = LazyLock::new(|| {
+    let mut onward = Box::new([[[NO_EDGE; 12]; 6]; 256]);
+    for mask in 0..256 {
+        for f in 0..6 {
+            segments(mask, f).for_each(|(from, to)| onward[mask][f][from] = to as u8);
+        }
+    }
+    onward
+});
+
+/// Stands for no edge in [`ONWARD`].
+pub const NO_EDGE: u8 = u8::MAX;
+
+/// The crossed edges of a mask, as bits.
+pub const fn crossed(mask: usize) -> u16 {
+    let mut edges = 0;
+    let mut e = 0;
+    while e < 12 {
+        let c = edge_corner(e);
+        edges |= (((mask >> c) ^ (mask >> (c | 1 << edge_axis(e)))) as u16 & 1) << e;
+        e += 1;
+    }
+    edges
+}
+
 /// The closed loops of crossed edges on the cell's faces, outside on the left seen from outside
 /// the cell.
-fn loops(mask: usize) -> Vec<Vec<u8>> {
-    let inside = |c: usize| mask >> c & 1 == 1;
+pub fn loops(mask: usize) -> Vec<Vec<u8>> {
     let mut next = [None; 12];
     for f in 0..6 {
-        let ring = face_corners(f);
-        let edge = |i: usize| {
-            let (a, b) = (ring[i % 4], ring[(i + 1) % 4]);
-            edge_at(a & b, (a ^ b).trailing_zeros() as usize)
-        };
-        for first in (0..4).filter(|&i| !inside(ring[i]) && inside(ring[(i + 1) % 4])) {
-            let run = (1..4).take_while(|&k| inside(ring[(first + k) % 4])).count();
-            next[edge(first)] = Some(edge(first + run));
-        }
+        segments(mask, f).for_each(|(from, to)| next[from] = Some(to));
     }
     let mut found = Vec::new();
     for start in 0..12 {
@@ -178,11 +211,6 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    fn crossed(mask: usize, e: usize) -> bool {
-        let c = edge_corner(e);
-        (mask >> c ^ mask >> (c | 1 << edge_axis(e))) & 1 == 1
-    }
-
     #[test]
     fn every_mask_uses_its_crossed_edges_and_closes_on_the_faces() {
         let mut longest = 0;
@@ -191,14 +219,14 @@ mod tests {
             let mut uses = BTreeMap::new();
             for t in patch.triangles() {
                 for i in 0..3 {
-                    assert!(crossed(mask, t[i] as usize), "mask {mask}");
+                    assert!(crossed(mask) >> t[i] & 1 == 1, "mask {mask}");
                     *uses.entry((t[i], t[(i + 1) % 3])).or_insert(0) += 1;
                 }
             }
             let rings = loops(mask);
             longest = longest.max(rings.iter().map(Vec::len).max().unwrap_or(0));
             let on_faces: usize = rings.iter().map(Vec::len).sum();
-            assert_eq!(on_faces, (0..12).filter(|&e| crossed(mask, e)).count());
+            assert_eq!(on_faces, crossed(mask).count_ones() as usize);
             assert_eq!(patch.triangles().len(), on_faces - 2 * rings.len());
             for (&(a, b), &n) in &uses {
                 assert_eq!(n, 1, "mask {mask}");

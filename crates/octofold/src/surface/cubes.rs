@@ -14,13 +14,12 @@
 //! [`super::cell`]. Vertices keep 1/1024 of an edge from both ends, so that no two coincide.
 
 use super::cell::{PATCHES, Patch};
+use super::slab::{Frame, Slab};
 use crate::bits;
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::Run;
-use crate::volume::{Placement, Region, Scalar, Volume, VolumeError};
-use crate::with_samples;
-use std::ops::Range;
+use crate::volume::{Volume, VolumeError};
 
 /// Layers of cells in one unit of work.
 const SLAB: usize = 32;
@@ -28,9 +27,6 @@ const SLAB: usize = 32;
 /// Bytes of bits that the first pass keeps for the second; slabs beyond are read again. Shares,
 /// four bytes for each vertex, come on top.
 const KEPT_BYTES: usize = 256 << 20;
-
-/// Least distance of a vertex from the ends of its edge, as a share of the edge.
-const MARGIN: f64 = 1.0 / 1024.0;
 
 /// Which samples are inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -62,6 +58,10 @@ pub fn marching_cubes(
     run: &Run,
 ) -> Result<Mesh, VolumeError> {
     let frame = Frame::new(volume, options);
+    let mut patches = *PATCHES;
+    if frame.placement.determinant() < 0.0 {
+        patches.iter_mut().for_each(Patch::reverse);
+    }
     let layers = frame.cells(2);
     run.stage("count");
     let per_slab = (SLAB + 1) * frame.points(1) * frame.words() * size_of::<u64>();
@@ -98,6 +98,7 @@ pub fn marching_cubes(
         let slab = slab.map_or_else(|| frame.slab(volume, range), Ok)?;
         March {
             frame: &frame,
+            patches: &patches,
             slab: &slab,
             points,
             triangles,
@@ -112,269 +113,11 @@ pub fn marching_cubes(
     Ok(mesh)
 }
 
-/// The lattice of samples with its optional ring of outside samples.
-struct Frame<'a> {
-    options: &'a CubesOptions,
-    /// Real samples.
-    dims: [usize; 3],
-    /// 1 where a ring of outside samples closes the border, else 0.
-    pad: usize,
-    placement: Placement,
-    binary: bool,
-    patches: [Patch; 256],
-}
-
-impl<'a> Frame<'a> {
-    fn new(volume: &dyn Volume, options: &'a CubesOptions) -> Self {
-        let placement = volume.placement();
-        let mut patches = *PATCHES;
-        if placement.determinant() < 0.0 {
-            patches.iter_mut().for_each(Patch::reverse);
-        }
-        Self {
-            options,
-            dims: volume.dims(),
-            pad: usize::from(!options.open),
-            placement,
-            binary: volume.is_binary(),
-            patches,
-        }
-    }
-
-    /// Lattice points along `axis`, ring included.
-    fn points(&self, axis: usize) -> usize {
-        self.dims[axis] + 2 * self.pad
-    }
-
-    /// Words in a row of lattice points.
-    fn words(&self) -> usize {
-        bits::words(self.points(0))
-    }
-
-    /// Cells along `axis`.
-    fn cells(&self, axis: usize) -> usize {
-        let empty = self.dims.contains(&0) || (0..3).any(|a| self.points(a) < 2);
-        if empty { 0 } else { self.points(axis) - 1 }
-    }
-
-    /// The real sample behind lattice index `i`; `None` in the ring.
-    fn real(&self, i: usize, axis: usize) -> Option<usize> {
-        i.checked_sub(self.pad).filter(|&r| r < self.dims[axis])
-    }
-
-    /// Reads the samples of a range of cell layers and makes their slab.
-    fn slab(&self, volume: &dyn Volume, layers: Range<usize>) -> Result<Slab, VolumeError> {
-        let first = layers.start.saturating_sub(self.pad);
-        let end = (layers.end + 1 - self.pad).min(self.dims[2]);
-        let region = Region { start: [0, 0, first], end: [self.dims[0], self.dims[1], end] };
-        if volume.bounds(region).is_some_and(|b| self.is_outside(b)) {
-            let bits = self.no_bits(&layers);
-            return Ok(self.new_slab(layers, bits));
-        }
-        let block = volume.read(region)?;
-        Ok(with_samples!(&block, samples => {
-            let bits = self.pack(samples, first, &layers);
-            let mut slab = self.new_slab(layers, bits);
-            slab.count(&self.patches);
-            if !self.binary {
-                slab.shares = self.shares(&slab, samples, first);
-            }
-            slab
-        }))
-    }
-
-    fn new_slab(&self, layers: Range<usize>, bits: Vec<u64>) -> Slab {
-        Slab {
-            rows: self.points(1),
-            cells: self.cells(0),
-            top: self.cells(2),
-            layers,
-            bits,
-            shares: Vec::new(),
-            points: 0,
-            triangles: 0,
-        }
-    }
-
-    /// The bits of lattice layers `layers.start..=layers.end` where nothing is inside.
-    fn no_bits(&self, layers: &Range<usize>) -> Vec<u64> {
-        vec![0; (layers.len() + 1) * self.points(1) * self.words()]
-    }
-
-    fn iso(&self) -> f64 {
-        if self.binary { 0.5 } else { self.options.iso }
-    }
-
-    /// True where no value between two bounds is inside.
-    fn is_outside(&self, [least, most]: [f64; 2]) -> bool {
-        match self.options.inside {
-            Inside::Above => most < self.iso(),
-            Inside::Below => least >= self.iso(),
-        }
-    }
-
-    /// Where the isosurface cuts each crossed edge, as a share of the edge from its low end.
-    fn shares<T: Scalar>(&self, slab: &Slab, samples: &[T], first: usize) -> Vec<f32> {
-        let [nx, ny, _] = self.dims;
-        let iso = self.options.iso;
-        let mut shares = Vec::with_capacity(slab.points);
-        slab.own_edges(|axis, y, z, word, crossed| {
-            let mut high = [y, z];
-            if let Some(other) = axis.checked_sub(1) {
-                high[other] += 1;
-            }
-            // First sample of a lattice row; `None` in the ring.
-            let row = |y: usize, z: usize| {
-                Some(((self.real(z, 2)? - first) * ny + self.real(y, 1)?) * nx)
-            };
-            let (low, high) = (row(y, z), row(high[0], high[1]));
-            let step = usize::from(axis == 0);
-            bits::ones(crossed, |bit| {
-                let x = 64 * word + bit;
-                let value = |row: Option<usize>, x| Some(samples[row? + self.real(x, 0)?].to_f64());
-                shares.push(match (value(low, x), value(high, x + step)) {
-                    (Some(a), Some(b)) => {
-                        let share = (iso - a) / (b - a);
-                        // Not a number where a sample is not one.
-                        if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) as f32 }
-                    }
-                    _ => 0.5,
-                });
-            });
-        });
-        shares
-    }
-
-    /// The bits of lattice layers `layers.start..=layers.end`; `samples` begin with layer `first`.
-    fn pack<T: Scalar>(&self, samples: &[T], first: usize, layers: &Range<usize>) -> Vec<u64> {
-        let [nx, ny, _] = self.dims;
-        let (rows, words) = (self.points(1), self.words());
-        let threshold = bits::at_least::<T>(self.iso());
-        let mut packed = self.no_bits(layers);
-        for (r, row) in packed.chunks_exact_mut(words).enumerate() {
-            let (Some(y), Some(z)) =
-                (self.real(r % rows, 1), self.real(layers.start + r / rows, 2))
-            else {
-                continue;
-            };
-            let start = ((z - first) * ny + y) * nx;
-            let samples = &samples[start..start + nx];
-            // Samples that are not a number are outside in every case.
-            match (self.options.inside, threshold) {
-                (Inside::Above, Some(t)) => bits::pack(samples, |s| s >= t, self.pad, row),
-                (Inside::Above, None) => {}
-                (Inside::Below, Some(t)) => bits::pack(samples, |s| s < t, self.pad, row),
-                (Inside::Below, None) => {
-                    bits::pack(samples, |s| !s.to_f64().is_nan(), self.pad, row);
-                }
-            }
-        }
-        packed
-    }
-}
-
-/// A range of cell layers, with all that is needed to mesh it without its samples.
-struct Slab {
-    /// Rows of lattice points in a layer.
-    rows: usize,
-    /// Cells in a row.
-    cells: usize,
-    /// The last lattice layer of all.
-    top: usize,
-    layers: Range<usize>,
-    /// Inside bits of lattice layers `layers.start..=layers.end`.
-    bits: Vec<u64>,
-    /// For each own vertex, its place on its edge; empty where all are in the middle.
-    shares: Vec<f32>,
-    points: usize,
-    triangles: usize,
-}
-
-impl Slab {
-    fn row(&self, y: usize, z: usize) -> &[u64] {
-        let words = self.bits.len() / ((self.layers.len() + 1) * self.rows);
-        let row = (z - self.layers.start) * self.rows + y;
-        &self.bits[row * words..(row + 1) * words]
-    }
-
-    /// Whether the slab makes the vertices on the x and y edges of lattice layer `z`; those on its
-    /// last layer are the next slab's.
-    fn owns(&self, z: usize) -> bool {
-        z < self.layers.end || z == self.top
-    }
-
-    fn count(&mut self, patches: &[Patch; 256]) {
-        let (mut points, mut triangles) = (0, 0);
-        self.own_edges(|_, _, _, _, crossed| points += crossed.count_ones() as usize);
-        for z in self.layers.clone() {
-            for y in 0..self.rows - 1 {
-                self.mixed(y, z, |mask| triangles += patches[mask].triangles().len());
-            }
-        }
-        (self.points, self.triangles) = (points, triangles);
-    }
-
-    /// Calls `visit` with axis, row, layer, word and bits of all own crossed edges, in the order
-    /// of their vertices.
-    fn own_edges(&self, mut visit: impl FnMut(usize, usize, usize, usize, u64)) {
-        for z in self.layers.start..=self.layers.end {
-            if self.owns(z) {
-                for y in 0..self.rows {
-                    for axis in 0..2 {
-                        self.crossed(axis, y, z, |word, bits| visit(axis, y, z, word, bits));
-                    }
-                }
-            }
-            if z < self.layers.end {
-                for y in 0..self.rows {
-                    self.crossed(2, y, z, |word, bits| visit(2, y, z, word, bits));
-                }
-            }
-        }
-    }
-
-    /// Calls `visit` with each word of edges along `axis` that leave row `y` of layer `z` and
-    /// are crossed somewhere: its place in the row, and a bit for every crossed edge.
-    fn crossed(&self, axis: usize, y: usize, z: usize, mut visit: impl FnMut(usize, u64)) {
-        let row = self.row(y, z);
-        let other = match axis {
-            1 if y + 1 == self.rows => return,
-            1 => self.row(y + 1, z),
-            2 => self.row(y, z + 1),
-            _ => row,
-        };
-        for w in 0..row.len() {
-            let crossed = if axis == 0 {
-                (row[w] ^ bits::next(row, w)) & bits::below(self.cells, w)
-            } else {
-                row[w] ^ other[w]
-            };
-            if crossed != 0 {
-                visit(w, crossed);
-            }
-        }
-    }
-
-    /// Calls `visit` with the mask of each mixed cell in row `y` above layer `z`.
-    fn mixed(&self, y: usize, z: usize, mut visit: impl FnMut(usize)) {
-        let rows = [self.row(y, z), self.row(y + 1, z), self.row(y, z + 1), self.row(y + 1, z + 1)];
-        for w in 0..rows[0].len() {
-            let here = rows.map(|r| r[w]);
-            let beside = rows.map(|r| bits::next(r, w));
-            let any = here.iter().chain(&beside).fold(0, |a, b| a | b);
-            let all = here.iter().chain(&beside).fold(!0, |a, b| a & b);
-            bits::ones(any & !all & bits::below(self.cells, w), |bit| {
-                visit((0..4).fold(0, |m, r| {
-                    m | (here[r] >> bit & 1) << (2 * r) | (beside[r] >> bit & 1) << (2 * r + 1)
-                }) as usize);
-            });
-        }
-    }
-}
-
 /// The second pass over one slab: where it writes, and how far it has come.
 struct March<'a> {
     frame: &'a Frame<'a>,
+    /// Turned over where the placement mirrors.
+    patches: &'a [Patch; 256],
     slab: &'a Slab,
     points: &'a mut [[f64; 3]],
     triangles: &'a mut [[u32; 3]],
@@ -451,7 +194,7 @@ impl March<'_> {
         let mut next_x = [low.x[y], low.x[y + 1], high.x[y], high.x[y + 1]];
         let mut next_y = [low.y[y], high.y[y]];
         let mut next_z = [vertical[y], vertical[y + 1]];
-        self.slab.mixed(y, z, |mask| {
+        self.slab.mixed(y, z, |_, mask| {
             let differ = |a: usize, b: usize| ((mask >> a ^ mask >> b) & 1) as u32;
             let on_y = [differ(0, 2), differ(4, 6)];
             let on_z = [differ(0, 4), differ(2, 6)];
@@ -476,7 +219,7 @@ impl March<'_> {
                 next_y[r] += on_y[r];
                 next_z[r] += on_z[r];
             }
-            for t in self.frame.patches[mask].triangles() {
+            for t in self.patches[mask].triangles() {
                 self.triangles[self.placed] = t.map(|e| ids[e as usize]);
                 self.placed += 1;
             }
@@ -487,7 +230,7 @@ impl March<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::DenseVolume;
+    use crate::volume::{DenseVolume, Placement, Region, Scalar};
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 

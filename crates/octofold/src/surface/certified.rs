@@ -1,0 +1,3 @@
+//! Certified TEL.
+
+mod cells;
