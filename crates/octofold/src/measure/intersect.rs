@@ -64,7 +64,7 @@ fn scaled(points: &[Point]) -> Vec<Point> {
 }
 
 /// Whether two triangles, neither of them flat, meet outside the points that they share.
-fn meet_outside_shared(points: &[Point], a: [u32; 3], b: [u32; 3]) -> bool {
+pub(crate) fn meet_outside_shared(points: &[Point], a: [u32; 3], b: [u32; 3]) -> bool {
     let at = |t: [u32; 3]| t.map(|p| points[p as usize]);
     let own = |t: [u32; 3], other: [u32; 3]| t.map(|p| !other.contains(&p));
     let (own_a, own_b) = (own(a, b), own(b, a));
