@@ -16,6 +16,7 @@ pub mod par;
 pub mod picture;
 pub mod pipeline;
 pub mod polygon;
+pub mod quadric;
 pub mod radix;
 pub mod report;
 pub mod run;

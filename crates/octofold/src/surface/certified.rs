@@ -1,6 +1,7 @@
 //! Certified TEL.
 
 mod cells;
+mod collapse;
 mod leaves;
 mod octant;
 mod patch;
@@ -14,7 +15,10 @@ use crate::par;
 use crate::run::Run;
 use crate::volume::{Volume, VolumeError};
 use cells::Cells;
+use collapse::{Tile, Tiling};
+use glam::DVec3;
 use leaves::{Leaf, Settler};
+use patch::Vertex;
 use tube::Tube;
 
 /// Layers of cells that are read at once.
@@ -30,34 +34,38 @@ pub fn certified(
     let cells = Cells::read(volume, &frame, SLAB, run)?;
     let settler = Settler { tube: Tube::new(&cells, tolerance), polyline: tolerance / 2.0 };
     let leaves = settler.leaves(run)?;
-    let (points, triangles) = join(&leaves);
+    eprintln!("{} leaves; {:?}", leaves.len(), patch::STAT.iter().map(|s| s.swap(0, std::sync::atomic::Ordering::Relaxed)).collect::<Vec<_>>());
+    let mut tiling = join(&settler.tube, leaves);
+    if std::env::var("RAW").is_err() { tiling.reduce(&settler.tube, run)?; }
     let shift = f64::from(cells.shift);
-    let points = par::map(&points, |p| frame.placement.place(p.map(|x| x - shift)));
+    let (points, triangles) = tiling.into_mesh();
+    let points = par::map(&points, |p| frame.placement.place((*p - shift).to_array()));
     Ok(Mesh { points, triangles, unit: frame.placement.unit, ..Mesh::default() })
 }
 
 /// One mesh of all leaves, vertices joined by name.
-fn join(leaves: &[Leaf]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+fn join(tube: &Tube, leaves: Vec<Leaf>) -> Tiling {
     let mut names: Vec<(VertexName, [f64; 3])> = Vec::new();
-    for leaf in leaves {
+    for leaf in &leaves {
         names.extend(leaf.patch.polygon.iter().map(|v| (v.name, v.at)));
     }
     par::sort_by_key(&mut names, |n| n.0);
     names.dedup_by_key(|n| n.0);
-    let mut points: Vec<[f64; 3]> = names.iter().map(|n| n.1).collect();
-    let mut triangles = Vec::new();
+    let mut points: Vec<DVec3> = names.iter().map(|n| n.1.into()).collect();
+    let mut tiles = Vec::new();
     for leaf in leaves {
-        let mut ids: Vec<u32> = leaf
-            .patch
-            .polygon
-            .iter()
-            .map(|v| names.partition_point(|n| n.0 < v.name) as u32)
-            .collect();
+        let name = |v: &Vertex| names.partition_point(|n| n.0 < v.name) as u32;
+        let mut ids: Vec<u32> = leaf.patch.polygon.iter().map(name).collect();
         if let Some(steiner) = leaf.patch.steiner {
             ids.push(points.len() as u32);
-            points.push(steiner);
+            points.push(steiner.into());
         }
-        triangles.extend(leaf.patch.triangles.iter().map(|t| t.map(|i| ids[i as usize])));
+        let first = tiles.len();
+        let corners = leaf.patch.triangles.iter().map(|t| t.map(|i| ids[i as usize]));
+        tiles.extend(corners.map(|c| Tile::new(c, Vec::new())));
+        for (piece, t) in leaf.patch.pieces {
+            tiles[first + t as usize].pieces.push(piece);
+        }
     }
-    (points, triangles)
+    Tiling::new(tube, points, tiles)
 }

@@ -88,9 +88,13 @@ impl Settler<'_> {
 
     /// The leaf of an octant on its own; `whole` where its surface is known to be connected.
     fn certify(&self, octant: Octant, range: Range<u32>, whole: bool) -> Option<Leaf> {
+        let k = 8 + 4 * octant.size.trailing_zeros() as usize;
+        patch::stat(k);
         let steps = octant::disc(self.cells(), octant, range.clone(), whole)?;
+        patch::stat(k+1);
         let polygon = patch::polygon(self.cells(), &steps, self.polyline, |_| false);
         let patch = patch::fill(&self.tube, octant, range.clone(), polygon)?;
+        patch::stat(k+2);
         Some(Leaf { octant, cells: range, patch })
     }
 
@@ -174,7 +178,7 @@ impl Settler<'_> {
         if leaf.octant.size == 1 {
             return Conformed::Same;
         }
-        let split = || Conformed::Split(self.split(leaf.octant, leaf.cells.clone()));
+        let split = || { patch::stat(7); Conformed::Split(self.split(leaf.octant, leaf.cells.clone()))};
         let cells = self.cells();
         let Some(steps) = octant::boundary(cells, leaf.octant, leaf.cells.clone()) else {
             return split();

@@ -253,6 +253,8 @@ fn steiners(
 
 /// Proves a patch: no two of its triangles meet outside what they share, and the surface in the
 /// octant and the patch are near each other. Gives the pieces of the surface with their triangles.
+pub static STAT: [std::sync::atomic::AtomicUsize; 64] = [const { std::sync::atomic::AtomicUsize::new(0) }; 64];
+pub fn stat(i: usize) { STAT[i].fetch_add(1, std::sync::atomic::Ordering::Relaxed); }
 fn prove(
     tube: &Tube,
     range: Range<u32>,
@@ -261,13 +263,15 @@ fn prove(
 ) -> Option<Vec<(Piece, u32)>> {
     let mut faces = Vec::with_capacity(triangles.len());
     for t in triangles {
-        faces.push(Face::new(t.map(|i| points[i as usize]))?);
+        let Some(f) = Face::new(t.map(|i| points[i as usize])) else { stat(0); return None };
+        faces.push(f);
     }
     // A few cells tell at once where a patch is bad.
     let mut pieces = Vec::with_capacity(range.len());
     let mut hint = 0;
     for cell in range.clone().step_by(7) {
         if !tube.attach(Piece::whole(cell), &faces, hint, &mut pieces) {
+            stat(1);
             return None;
         }
         hint = pieces.last()?.1 as usize;
@@ -275,11 +279,15 @@ fn prove(
     pieces.clear();
     for cell in range {
         if !tube.attach(Piece::whole(cell), &faces, hint, &mut pieces) {
+            stat(2);
             return None;
         }
         hint = pieces.last()?.1 as usize;
     }
-    (is_embedded(points, triangles) && faces.iter().all(|f| tube.holds(f))).then_some(pieces)
+    if !is_embedded(points, triangles) { stat(3); return None; }
+    if !faces.iter().all(|f| tube.holds(f)) { stat(4); return None; }
+    stat(5);
+    Some(pieces)
 }
 
 fn is_embedded(points: &[DVec3], triangles: &[[u8; 3]]) -> bool {

@@ -5,10 +5,11 @@
 //! there whole; pieces that do not are cut. From the patch to the surface: a face is pushed out and
 //! in by vectors no longer than the tolerance. Where the one copy lies wholly outside and the other
 //! wholly inside, the way from copy to copy through any point of the face meets the surface, and
-//! does so within the tolerance. A copy is known to lie on one side where it meets only cells of
-//! that side, and mixed cells whose surface lies on one side of its plane.
+//! does so within the tolerance. A copy lies on one side where it meets only cells of that side and mixed
+//! cells whose surface it misses.
 
 use super::cells::{Cells, State};
+use crate::exact;
 use crate::surface::cell::PATCHES;
 use glam::DVec3;
 
@@ -337,14 +338,28 @@ impl<'a> Tube<'a> {
                         State::Outside | State::Inside => known = true,
                         State::Mixed(cell) => match self.side_in(cell, at, a, normal) {
                             Side::Known(side) if side == inside => known = true,
-                            Side::Known(_) | Side::Cut => return false,
+                            Side::Known(_) => return false,
                             Side::Unknown => {}
+                            Side::Cut => {
+                                if self.meets([a, b, c], cell) {
+                                    return false;
+                                }
+                            }
                         },
                     }
                 }
             }
         }
         known
+    }
+
+    /// Whether a triangle meets the surface in a mixed cell.
+    fn meets(&self, corners: [DVec3; 3], cell: u32) -> bool {
+        let corners = corners.map(|p| p.to_array());
+        PATCHES[self.cells.mask(cell)].triangles().iter().any(|t| {
+            let surface = t.map(|e| self.cells.crossing(cell, e.into()));
+            exact::triangles_meet(corners, surface)
+        })
     }
 
     /// The side of the surface that a plane runs on in a mixed cell.
@@ -379,6 +394,6 @@ enum Side {
     Known(bool),
     /// The plane leaves the cell at a corner.
     Unknown,
-    /// The plane may meet the surface.
+    /// The plane meets the surface, or nearly.
     Cut,
 }

@@ -1,0 +1,88 @@
+//! Quadrics: sums of squared distances to planes, as functions of a point.
+//!
+//! Source: Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997.
+
+use glam::{DMat3, DVec3};
+use std::ops::AddAssign;
+
+/// The sum of weighted squared distances to planes: p A p - 2 b p + c.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quadric {
+    form: DMat3,
+    side: DVec3,
+    rest: f64,
+    weight: f64,
+}
+
+impl Default for Quadric {
+    fn default() -> Self {
+        Self { form: DMat3::ZERO, side: DVec3::ZERO, rest: 0.0, weight: 0.0 }
+    }
+}
+
+impl AddAssign for Quadric {
+    fn add_assign(&mut self, other: Self) {
+        self.form += other.form;
+        self.side += other.side;
+        self.rest += other.rest;
+        self.weight += other.weight;
+    }
+}
+
+impl Quadric {
+    /// The squared distance to the plane through `on` with unit normal `normal`, times `weight`.
+    pub fn plane(normal: DVec3, on: DVec3, weight: f64) -> Self {
+        let offset = normal.dot(on);
+        Self {
+            form: DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z)
+                * weight,
+            side: normal * (offset * weight),
+            rest: offset * offset * weight,
+            weight,
+        }
+    }
+
+    /// The sum of the weights.
+    pub fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    /// The value at a point; never below zero.
+    pub fn at(&self, p: DVec3) -> f64 {
+        (p.dot(self.form * p) - 2.0 * self.side.dot(p) + self.rest).max(0.0)
+    }
+
+    /// The point where the value and `pull` times the weight times the squared distance to `home`
+    /// are least together; where planes do not settle a direction, `home` does.
+    pub fn lowest(&self, home: DVec3, pull: f64) -> Option<DVec3> {
+        let settled = self.form + DMat3::from_diagonal(DVec3::splat(pull * self.weight));
+        let step = settled.inverse() * (self.side - self.form * home);
+        let p = home + step;
+        p.is_finite().then_some(p)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lowest_point_is_where_planes_meet() {
+        let corner = DVec3::new(3.0, -2.0, 5.0);
+        let mut sum = Quadric::default();
+        for normal in [DVec3::X, DVec3::Y, DVec3::new(0.6, 0.0, 0.8)] {
+            sum += Quadric::plane(normal, corner, 2.0);
+        }
+        let found = sum.lowest(DVec3::ZERO, 1e-9).unwrap();
+        assert!(found.distance(corner) < 1e-6, "{found}");
+        assert!(sum.at(corner) < 1e-9);
+        assert!((sum.at(corner + DVec3::Y) - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_direction_without_planes_stays_at_home() {
+        let home = DVec3::new(7.0, 8.0, 9.0);
+        let found = Quadric::plane(DVec3::Z, DVec3::ZERO, 1.0).lowest(home, 1e-6).unwrap();
+        assert!(found.distance(DVec3::new(7.0, 8.0, 0.0)) < 1e-4, "{found}");
+    }
+}
