@@ -13,7 +13,6 @@
 //! link condition from Dey et al. 1999.
 
 use super::tube::{Face, Piece, Tube};
-use crate::measure::intersect::meet_outside_shared;
 use crate::par;
 use crate::quadric::Quadric;
 use crate::run::{Cancelled, Run};
@@ -184,8 +183,9 @@ struct Spot {
 /// A triangle within a box.
 struct Scrap {
     corners: [u32; 3],
-    /// `None` for triangles of others, which are only in the way.
-    face: Option<Face>,
+    face: Face,
+    /// Another box's triangle, which is only in the way.
+    foreign: bool,
     pieces: Vec<Piece>,
     alive: bool,
     settled: u8,
@@ -262,17 +262,16 @@ impl<'a> Patchwork<'a> {
         for &(_, others, t) in group {
             let tile = &tiling.tiles[t as usize];
             let corners = tile.corners.map(local);
-            let face = if others {
-                None
-            } else {
-                corners
-                    .iter()
-                    .for_each(|&c| spots[c as usize].tiles.push(scraps.len() as u32));
-                Face::new(corners.map(|c| at[c as usize].into()))
-            };
+            // Every triangle was a face before.
+            let Some(face) = Face::new(corners.map(|c| at[c as usize].into())) else { continue };
+            if !others {
+                let number = scraps.len() as u32;
+                corners.iter().for_each(|&c| spots[c as usize].tiles.push(number));
+            }
             scraps.push(Scrap {
                 corners,
                 face,
+                foreign: others,
                 pieces: if others { Vec::new() } else { tile.pieces.clone() },
                 alive: true,
                 settled: tile.settled,
@@ -304,7 +303,7 @@ impl<'a> Patchwork<'a> {
         let tiles = self
             .scraps
             .iter()
-            .filter(|s| s.alive && s.face.is_some())
+            .filter(|s| s.alive && !s.foreign)
             .map(|s| Tile {
                 corners: s.corners.map(name),
                 pieces: s.pieces.clone(),
@@ -323,8 +322,8 @@ impl<'a> Patchwork<'a> {
     fn reduce(&mut self) {
         let mut heap = BinaryHeap::new();
         for scrap in 0..self.scraps.len() {
-            let Scrap { corners, settled, face, .. } = self.scraps[scrap];
-            if face.is_none() {
+            let Scrap { corners, settled, foreign, .. } = self.scraps[scrap];
+            if foreign {
                 continue;
             }
             for i in 0..3 {
@@ -473,7 +472,7 @@ impl<'a> Patchwork<'a> {
             turned_into[i] = faces.len();
             if let Some(corners) = corners {
                 let face = Face::new(corners.map(|c| self.point(c)))?;
-                let before = self.scraps[old[i] as usize].face?;
+                let before = &self.scraps[old[i] as usize].face;
                 if face.normal.dot(before.normal) < TURN {
                     return None;
                 }
@@ -498,7 +497,7 @@ impl<'a> Patchwork<'a> {
                 }
             }
         }
-        if !faces.iter().all(|f| self.tube.holds(f)) || !self.is_clear(old, becomes) {
+        if !faces.iter().all(|f| self.tube.holds(f)) || !self.is_clear(old, becomes, &faces) {
             return None;
         }
         let mut shared = vec![Vec::new(); faces.len()];
@@ -509,16 +508,21 @@ impl<'a> Patchwork<'a> {
     }
 
     /// Whether the triangles that a star would become meet no other and not one another.
-    fn is_clear(&mut self, old: &[u32], becomes: &[Option<[u32; 3]>]) -> bool {
+    fn is_clear(
+        &mut self,
+        old: &[u32],
+        becomes: &[Option<[u32; 3]>],
+        faces: &[Face],
+    ) -> bool {
         let new: Vec<[u32; 3]> = becomes.iter().flatten().copied().collect();
         for b in 1..new.len() {
             for a in 0..b {
-                if meet_outside_shared(&self.at, new[a], new[b]) {
+                if faces[a].meets(new[a], &faces[b], new[b], &self.at) {
                     return false;
                 }
             }
         }
-        for &corners in &new {
+        for (&corners, face) in new.iter().zip(faces) {
             self.question += 1;
             let [low, high] = self.span(corners);
             let [first, last] = self.slots([low, high]);
@@ -543,7 +547,8 @@ impl<'a> Patchwork<'a> {
                             let [other_low, other_high] = self.span(other);
                             let apart =
                                 other_low.cmpgt(high).any() || low.cmpgt(other_high).any();
-                            if !apart && meet_outside_shared(&self.at, corners, other) {
+                            let beside = &self.scraps[t as usize].face;
+                            if !apart && face.meets(corners, beside, other, &self.at) {
                                 return false;
                             }
                         }
@@ -574,7 +579,8 @@ impl<'a> Patchwork<'a> {
             let t = self.scraps.len() as u32;
             self.scraps.push(Scrap {
                 corners,
-                face: Some(face),
+                face,
+                foreign: false,
                 pieces,
                 alive: true,
                 settled: 0,

@@ -12,7 +12,6 @@
 use super::cells::{Cells, STEPS};
 use super::octant::{Octant, Step, planes};
 use super::tube::{Face, Piece, Tube};
-use crate::measure::intersect::meet_outside_shared;
 use crate::octree::VertexName;
 use crate::surface::cell::PATCHES;
 use glam::{DMat3, DVec3};
@@ -284,17 +283,15 @@ fn prove(
         }
         hint = pieces.last()?.1 as usize;
     }
-    if !is_embedded(points, triangles) { stat(3); return None; }
+    if !is_embedded(points, &faces, triangles) { stat(3); return None; }
     if !faces.iter().all(|f| tube.holds(f)) { stat(4); return None; }
     stat(5);
     Some(pieces)
 }
 
-fn is_embedded(points: &[DVec3], triangles: &[[u8; 3]]) -> bool {
+fn is_embedded(points: &[DVec3], faces: &[Face], triangles: &[[u8; 3]]) -> bool {
     let points: Vec<[f64; 3]> = points.iter().map(DVec3::to_array).collect();
-    (1..triangles.len()).all(|b| {
-        (0..b).all(|a| {
-            !meet_outside_shared(&points, triangles[a].map(u32::from), triangles[b].map(u32::from))
-        })
-    })
+    let names = |t: usize| triangles[t].map(u32::from);
+    (1..triangles.len())
+        .all(|b| (0..b).all(|a| !faces[a].meets(names(a), &faces[b], names(b), &points)))
 }

@@ -10,6 +10,7 @@
 
 use super::cells::{Cells, State};
 use crate::exact;
+use crate::measure::intersect::meet_outside_shared;
 use crate::surface::cell::PATCHES;
 use glam::DVec3;
 
@@ -72,6 +73,38 @@ impl Face {
             }
         }
         if least.is_finite() { least } else { h * h }
+    }
+
+    /// Whether two faces, each with the numbers of its corners, meet outside the corners that they
+    /// share; `points` are the positions of all numbers.
+    pub fn meets(&self, own: [u32; 3], other: &Self, others: [u32; 3], points: &[[f64; 3]]) -> bool {
+        let shared = own.iter().filter(|c| others.contains(c)).count();
+        // Neighbours that do not turn back cannot lie on each other.
+        if shared == 2 && self.normal.dot(other.normal) > -0.5 {
+            return false;
+        }
+        if shared < 2 && (self.clears(own, other, others) || other.clears(others, self, own)) {
+            return false;
+        }
+        meet_outside_shared(points, own, others)
+    }
+
+    /// Whether the plane of this face, or one square to it through a side, has the other face
+    /// strictly on its far side, but for the corners that they share.
+    fn clears(&self, own: [u32; 3], other: &Self, others: [u32; 3]) -> bool {
+        let beyond = |height: &dyn Fn(DVec3) -> f64, on_plane: [bool; 3]| {
+            (0..3).all(|i| match own.iter().position(|&c| c == others[i]) {
+                Some(at) => on_plane[at],
+                None => height(other.corners[i]) > ROUNDING,
+            })
+        };
+        let flat = [true; 3];
+        beyond(&|p| self.height(p), flat)
+            || beyond(&|p| -self.height(p), flat)
+            || (0..3).any(|i| {
+                let (out, offset) = self.sides[i];
+                beyond(&|p| out.dot(p) - offset, std::array::from_fn(|c| c != (i + 2) % 3))
+            })
     }
 
     fn is_within(&self, p: DVec3, distance: f64) -> bool {
