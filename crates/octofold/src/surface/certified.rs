@@ -2,9 +2,11 @@
 
 mod cells;
 mod collapse;
+mod cover;
 mod leaves;
 mod octant;
 mod patch;
+mod piece;
 mod tube;
 
 use super::cubes::CubesOptions;
@@ -19,6 +21,7 @@ use collapse::{Tile, Tiling};
 use glam::DVec3;
 use leaves::{Leaf, Settler};
 use patch::Vertex;
+use piece::Pieces;
 use tube::Tube;
 
 /// Layers of cells that are read at once.
@@ -32,9 +35,11 @@ pub fn certified(
 ) -> Result<Mesh, VolumeError> {
     let frame = Frame::new(volume, options);
     let cells = Cells::read(volume, &frame, SLAB, run)?;
-    let settler = Settler { tube: Tube::new(&cells, tolerance), polyline: tolerance / 2.0 };
+    run.stage("pieces");
+    let pieces = Pieces::new(&cells);
+    let settler = Settler { tube: Tube::new(&cells, &pieces, tolerance), polyline: tolerance / 2.0 };
     let leaves = settler.leaves(run)?;
-    eprintln!("{} leaves; {:?}", leaves.len(), patch::STAT.iter().map(|s| s.swap(0, std::sync::atomic::Ordering::Relaxed)).collect::<Vec<_>>());
+    eprintln!("{} leaves", leaves.len());
     let mut tiling = join(&settler.tube, leaves);
     if std::env::var("RAW").is_err() { tiling.reduce(&settler.tube, run)?; }
     let shift = f64::from(cells.shift);

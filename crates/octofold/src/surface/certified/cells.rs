@@ -14,10 +14,14 @@ use crate::run::Run;
 use crate::surface::cell::{crossed, edge_axis, edge_corner};
 use crate::surface::slab::{Frame, Slab};
 use crate::volume::{Volume, VolumeError};
+use glam::DVec3;
 use std::ops::Range;
 
 /// Cells along an edge of a brick.
 pub const BRICK: u32 = 8;
+
+/// Cells along an edge of the blocks whose bits are one word.
+pub const WORD: u32 = 4;
 
 /// Cells along an edge of a block of the grid of bricks.
 const BLOCK: u32 = 64;
@@ -28,6 +32,44 @@ pub const STEPS: f64 = 1024.0;
 
 /// The most samples along an axis.
 const MOST_SAMPLES: usize = 1 << 14;
+
+/// The crossed edges of a mask, in order.
+struct Cut {
+    count: u8,
+    edges: [u8; 12],
+}
+
+static CUTS: [Cut; 256] = {
+    let mut cuts = [const { Cut { count: 0, edges: [0; 12] } }; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (edges, mut e) = (crossed(mask), 0);
+        while e < 12 {
+            if edges >> e & 1 == 1 {
+                let cut = &mut cuts[mask];
+                cut.edges[cut.count as usize] = e;
+                cut.count += 1;
+            }
+            e += 1;
+        }
+        mask += 1;
+    }
+    cuts
+};
+
+/// The middle of each edge of a cell.
+const MIDDLES: [DVec3; 12] = {
+    let mut middles = [DVec3::ZERO; 12];
+    let mut e = 0;
+    while e < 12 {
+        let corner = edge_corner(e);
+        let mut at = [(corner & 1) as f64, (corner >> 1 & 1) as f64, (corner >> 2 & 1) as f64];
+        at[edge_axis(e)] = 0.5;
+        middles[e] = DVec3::from_array(at);
+        e += 1;
+    }
+    middles
+};
 
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -224,34 +266,74 @@ impl Cells {
     }
 
     /// Where the surface cuts the crossed edges of a mixed cell, in the order of the edges.
-    pub fn crossings(&self, cell: u32, out: &mut [[f64; 3]; 12]) -> usize {
-        let at = self.at[cell as usize].map(f64::from);
-        let mut count = 0;
-        let start = self.starts.get(cell as usize).copied();
-        let mut edges = crossed(self.mask(cell));
-        while edges != 0 {
-            let edge = edges.trailing_zeros() as usize;
-            edges &= edges - 1;
-            let corner = edge_corner(edge);
-            let mut point = std::array::from_fn(|a| at[a] + (corner >> a & 1) as f64);
-            point[edge_axis(edge)] += match start {
-                None => 0.5,
-                Some(start) => f64::from(self.shares[start as usize + count]) / STEPS,
-            };
-            out[count] = point;
-            count += 1;
+    pub fn crossings(&self, cell: u32, out: &mut [DVec3; 12]) -> usize {
+        let cut = &CUTS[self.mask(cell)];
+        let at = DVec3::from(self.at[cell as usize].map(f64::from));
+        let count = cut.count as usize;
+        match self.starts.get(cell as usize) {
+            None => {
+                for i in 0..count {
+                    out[i] = at + MIDDLES[cut.edges[i] as usize];
+                }
+            }
+            Some(&start) => {
+                let shares = &self.shares[start as usize..start as usize + count];
+                for (i, &share) in shares.iter().enumerate() {
+                    let edge = cut.edges[i] as usize;
+                    out[i] = at + MIDDLES[edge];
+                    out[i][edge_axis(edge)] += f64::from(share) / STEPS - 0.5;
+                }
+            }
         }
         count
     }
 
-    /// The bricks that the surface meets, as low corners and the numbers of their mixed cells, in
-    /// Morton order.
-    pub fn bricks(&self) -> impl ExactSizeIterator<Item = ([u32; 3], Range<u32>)> + '_ {
-        self.bricks.iter().map(|brick| {
-            let range = brick.range();
-            let corner = self.at[range.start].map(|x| u32::from(x) / BRICK * BRICK);
-            (corner, range.start as u32..range.end as u32)
-        })
+    /// How many bricks the surface meets; they are numbered in Morton order.
+    pub fn bricks(&self) -> usize {
+        self.bricks.len()
+    }
+
+    /// The mixed cells of a brick.
+    pub fn in_brick(&self, brick: u32) -> Range<u32> {
+        let range = self.bricks[brick as usize].range();
+        range.start as u32..range.end as u32
+    }
+
+    /// The mixed cells of block `word % 8` of brick `word / 8`; a block is an octant of half a
+    /// brick's size.
+    pub fn in_word(&self, word: u32) -> Range<u32> {
+        let brick = &self.bricks[word as usize / 8];
+        let word = word as usize % 8;
+        let start = brick.first + u32::from(brick.rank[word]);
+        start..start + brick.mixed[word].count_ones()
+    }
+
+    /// The number of the brick that holds a mixed cell.
+    pub fn brick_of(&self, cell: u32) -> Option<u32> {
+        match self.grid.brick(self.corner(cell).map(|x| x / BRICK)) {
+            Content::Surface(brick) => Some(brick),
+            Content::Uniform(_) => None,
+        }
+    }
+
+    /// What the block of [`WORD`]^3 cells at `at`, in blocks, is; the number is that of the block
+    /// among all, eight to a brick.
+    pub fn word_state(&self, at: [u32; 3]) -> State {
+        match self.grid.brick(at.map(|x| x / 2)) {
+            Content::Uniform(false) => State::Outside,
+            Content::Uniform(true) => State::Inside,
+            Content::Surface(number) => {
+                let brick = &self.bricks[number as usize];
+                let word = (at[0] % 2 + 2 * (at[1] % 2) + 4 * (at[2] % 2)) as usize;
+                if brick.mixed[word] != 0 {
+                    State::Mixed(8 * number + word as u32)
+                } else if brick.inside[word] & 1 == 1 {
+                    State::Inside
+                } else {
+                    State::Outside
+                }
+            }
+        }
     }
 
     /// Bytes in memory.

@@ -12,7 +12,8 @@
 //! Source: the specification's D.3; edge collapse and its cost from Garland and Heckbert 1997; the
 //! link condition from Dey et al. 1999.
 
-use super::tube::{Face, Piece, Tube};
+use super::piece::Piece;
+use super::tube::{Face, Tube};
 use crate::par;
 use crate::quadric::Quadric;
 use crate::run::{Cancelled, Run};
@@ -58,8 +59,8 @@ impl Tiling {
             // The plane lies as high as the surface does in the middle.
             let mut corners = [DVec3::ZERO; 12];
             let (mut sum, mut count) = (0.0, 0);
-            for piece in &tile.pieces {
-                let n = piece.corners(tube.cells, &mut corners);
+            for cell in tile.pieces.iter().flat_map(|p| p.cells(tube.cells)) {
+                let n = tube.cells.crossings(cell, &mut corners);
                 sum += corners[..n].iter().map(|&p| normal.dot(p - a)).sum::<f64>();
                 count += n;
             }

@@ -42,11 +42,13 @@ impl Settler<'_> {
     /// The leaves of a volume, in Morton order.
     pub fn leaves(&self, run: &Run) -> Result<Vec<Leaf>, Cancelled> {
         run.stage("octants");
-        let bricks: Vec<_> = self.cells().bricks().collect();
-        let settled = par::blocks(run, bricks.len(), BLOCK, |range| {
-            bricks[range]
-                .iter()
-                .map(|(at, cells)| self.settle(Octant::new(*at, BRICK), cells.clone()))
+        let settled = par::blocks(run, self.cells().bricks(), BLOCK, |range| {
+            range
+                .map(|brick| {
+                    let cells = self.cells().in_brick(brick as u32);
+                    let octant = Octant::new(self.cells().corner(cells.start), BRICK);
+                    self.settle(octant, cells)
+                })
                 .collect::<Vec<_>>()
         })?;
         let mut nodes: Vec<Vec<Leaf>> = settled.into_iter().flatten().collect();
@@ -86,15 +88,11 @@ impl Settler<'_> {
         children.into_iter().flat_map(|(child, cells)| self.settle(child, cells)).collect()
     }
 
-    /// The leaf of an octant on its own; `whole` where its surface is known to be connected.
-    fn certify(&self, octant: Octant, range: Range<u32>, whole: bool) -> Option<Leaf> {
-        let k = 8 + 4 * octant.size.trailing_zeros() as usize;
-        patch::stat(k);
-        let steps = octant::disc(self.cells(), octant, range.clone(), whole)?;
-        patch::stat(k+1);
+    /// The leaf of an octant on its own; `discs` as for [`octant::disc`].
+    fn certify(&self, octant: Octant, range: Range<u32>, discs: bool) -> Option<Leaf> {
+        let steps = octant::disc(self.cells(), octant, range.clone(), discs)?;
         let polygon = patch::polygon(self.cells(), &steps, self.polyline, |_| false);
         let patch = patch::fill(&self.tube, octant, range.clone(), polygon)?;
-        patch::stat(k+2);
         Some(Leaf { octant, cells: range, patch })
     }
 
@@ -135,7 +133,7 @@ impl Settler<'_> {
             return None;
         }
         let range = group.first()?[0].cells.start..group.last()?[0].cells.end;
-        self.certify(parent, range, false)
+        self.certify(parent, range, true)
     }
 
     /// Brings the polygons of neighbours into line, and splits leaves that do not stand it.
@@ -178,7 +176,7 @@ impl Settler<'_> {
         if leaf.octant.size == 1 {
             return Conformed::Same;
         }
-        let split = || { patch::stat(7); Conformed::Split(self.split(leaf.octant, leaf.cells.clone()))};
+        let split = || Conformed::Split(self.split(leaf.octant, leaf.cells.clone()));
         let cells = self.cells();
         let Some(steps) = octant::boundary(cells, leaf.octant, leaf.cells.clone()) else {
             return split();

@@ -112,7 +112,9 @@ static SEGMENTS: LazyLock<Box<[[u8; 256]; 64]>> = LazyLock::new(|| {
 });
 
 /// The loop in which a disc leaves the octant; `None` where the surface in it is no disc.
-pub fn disc(cells: &Cells, octant: Octant, range: Range<u32>, whole: bool) -> Option<Vec<Step>> {
+///
+/// `discs` tells that the surface in each child that has any is a disc.
+pub fn disc(cells: &Cells, octant: Octant, range: Range<u32>, discs: bool) -> Option<Vec<Step>> {
     let bounds = octant.bounds(cells);
     let (shares, segment_counts) = (&**SHARES, &**SEGMENTS);
     let (mut sum, mut segments, mut start) = (0i64, 0usize, None);
@@ -132,7 +134,14 @@ pub fn disc(cells: &Cells, octant: Octant, range: Range<u32>, whole: bool) -> Op
     let (cell, faces) = start?;
     let first = first_step(cells, cell, faces)?;
     let found = trace(cells, bounds, first, segments)?;
-    (found.len() == segments && (whole || is_connected(cells, octant, range))).then_some(found)
+    let is_connected = || {
+        if discs {
+            joins_children(cells, octant, range.clone())
+        } else {
+            is_simple(cells, octant, range.clone()) || is_connected(cells, octant, range)
+        }
+    };
+    (found.len() == segments && is_connected()).then_some(found)
 }
 
 /// The loop through the first boundary segment of an octant that is known to hold one disc.
@@ -216,6 +225,57 @@ static LOOP_OF: LazyLock<Box<[[u8; 12]; 256]>> = LazyLock::new(|| {
     numbers
 });
 
+/// Whether the discs in the children of an octant hang together across the faces between them.
+fn joins_children(cells: &Cells, octant: Octant, range: Range<u32>) -> bool {
+    let half = octant.size / 2;
+    let child = |at: [u32; 3]| {
+        (0..3).map(|a| u32::from(at[a] & half != 0) << a).sum::<u32>() as usize
+    };
+    // For each child, those that it is joined to.
+    let mut joined = [0u8; 8];
+    let mut present = 0u8;
+    for cell in range {
+        let at = cells.corner(cell);
+        let own = child(at);
+        present |= 1 << own;
+        for axis in 0..3 {
+            let is_last = at[axis] & (octant.size - 1) == half - 1;
+            if is_last && SEGMENTS[2 << (2 * axis)][cells.mask(cell)] > 0 {
+                joined[own] |= 1 << (own | 1 << axis);
+                joined[own | 1 << axis] |= 1 << own;
+            }
+        }
+    }
+    let mut reached = present & present.wrapping_neg();
+    loop {
+        let next = (0..8).filter(|i| reached >> i & 1 == 1).fold(reached, |r, i| r | joined[i]);
+        if next == reached {
+            return reached == present;
+        }
+        reached = next;
+    }
+}
+
+/// Whether along some axis no lattice line in an octant of at most a brick is crossed twice: then
+/// there is no closed surface in it, since that would enclose a lattice point.
+fn is_simple(cells: &Cells, octant: Octant, range: Range<u32>) -> bool {
+    let mut seen = [0u64; 3];
+    let mut twice = 0u8;
+    for cell in range {
+        let at = cells.corner(cell).map(|x| x & 7);
+        let edges = crossed(cells.mask(cell));
+        for axis in 0..3 {
+            // The edge along the axis at the cell's low corner.
+            if edges >> (4 * axis) & 1 == 1 {
+                let line = 1 << (at[(axis + 1) % 3] + 8 * at[(axis + 2) % 3]);
+                twice |= u8::from(seen[axis] & line != 0) << axis;
+                seen[axis] |= line;
+            }
+        }
+    }
+    octant.size <= 8 && twice != 7
+}
+
 /// Whether all cell loops of an octant hang together within it.
 fn is_connected(cells: &Cells, octant: Octant, range: Range<u32>) -> bool {
     let bounds = octant.bounds(cells);
@@ -249,25 +309,19 @@ fn is_connected(cells: &Cells, octant: Octant, range: Range<u32>) -> bool {
     })
 }
 
-/// Whether a crossing lies on an edge of the octant of any of the four cells around it, given the
-/// size of each cell's octant as a power of two.
+/// Whether the octant behind a step's face has an edge on the step's crossing, which lies on no edge
+/// of the octant that the loop belongs to; `sizes` holds the size of each cell's octant as a power
+/// of two.
 pub fn is_break(cells: &Cells, sizes: &[u8], step: &Step) -> bool {
-    let (edge, at) = (step.edge as usize, cells.corner(step.cell));
-    let (axis, corner) = (edge_axis(edge), edge_corner(edge) as u32);
-    let point: [u32; 3] = std::array::from_fn(|a| at[a] + (corner >> a & 1));
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let (beside, edge) = across(cells.corner(step.cell), step.edge, step.face as usize);
+    // Beyond the border there is no octant.
+    let Some(other) = cells.find(beside) else { return false };
+    let (axis, corner) = (edge_axis(edge.into()), edge_corner(edge.into()) as u32);
     let [low, high] = cells.bounds;
-    let aligned = |a: usize, size: u8| {
-        point[a] & ((1 << size) - 1) == 0 || point[a] == low[a] || point[a] == high[a]
-    };
-    (0..4).any(|i| {
-        let mut cell = point;
-        cell[u] = cell[u].wrapping_sub(i & 1);
-        cell[v] = cell[v].wrapping_sub(i >> 1);
-        cells.find(cell).is_some_and(|c| {
-            let size = sizes[c as usize];
-            aligned(u, size) && aligned(v, size)
-        })
+    let size = sizes[other as usize];
+    (0..3).filter(|&a| a != axis).all(|a| {
+        let at = beside[a] + (corner >> a & 1);
+        at & ((1 << size) - 1) == 0 || at == low[a] || at == high[a]
     })
 }
 

@@ -11,7 +11,8 @@
 
 use super::cells::{Cells, STEPS};
 use super::octant::{Octant, Step, planes};
-use super::tube::{Face, Piece, Tube};
+use super::piece::Piece;
+use super::tube::{Face, Tube};
 use crate::octree::VertexName;
 use crate::surface::cell::PATCHES;
 use glam::{DMat3, DVec3};
@@ -144,9 +145,10 @@ pub fn fill(tube: &Tube, octant: Octant, range: Range<u32>, polygon: Vec<Vertex>
         return None;
     }
     let bounds = octant.bounds(tube.cells);
+    let surface = Piece::of_octant(tube.cells, octant, range.clone());
     let mut points: Vec<DVec3> = polygon.iter().map(|v| v.at.into()).collect();
     if let Some(triangles) = by_chords(&points, bounds) {
-        if let Some(pieces) = prove(tube, range.clone(), &points, &triangles) {
+        if let Some(pieces) = prove(tube, &surface, &points, &triangles) {
             return Some(Patch { polygon, steiner: None, triangles, pieces });
         }
     }
@@ -155,7 +157,7 @@ pub fn fill(tube: &Tube, octant: Octant, range: Range<u32>, polygon: Vec<Vertex>
     for steiner in steiners(tube, range.clone(), &points, bounds) {
         points.truncate(count);
         points.push(steiner);
-        if let Some(pieces) = prove(tube, range.clone(), &points, &fan) {
+        if let Some(pieces) = prove(tube, &surface, &points, &fan) {
             let steiner = Some(steiner.to_array());
             return Some(Patch { polygon, steiner, triangles: fan, pieces });
         }
@@ -252,41 +254,25 @@ fn steiners(
 
 /// Proves a patch: no two of its triangles meet outside what they share, and the surface in the
 /// octant and the patch are near each other. Gives the pieces of the surface with their triangles.
-pub static STAT: [std::sync::atomic::AtomicUsize; 64] = [const { std::sync::atomic::AtomicUsize::new(0) }; 64];
-pub fn stat(i: usize) { STAT[i].fetch_add(1, std::sync::atomic::Ordering::Relaxed); }
 fn prove(
     tube: &Tube,
-    range: Range<u32>,
+    surface: &[Piece],
     points: &[DVec3],
     triangles: &[[u8; 3]],
 ) -> Option<Vec<(Piece, u32)>> {
     let mut faces = Vec::with_capacity(triangles.len());
     for t in triangles {
-        let Some(f) = Face::new(t.map(|i| points[i as usize])) else { stat(0); return None };
-        faces.push(f);
+        faces.push(Face::new(t.map(|i| points[i as usize]))?);
     }
-    // A few cells tell at once where a patch is bad.
-    let mut pieces = Vec::with_capacity(range.len());
+    let mut pieces = Vec::with_capacity(surface.len());
     let mut hint = 0;
-    for cell in range.clone().step_by(7) {
-        if !tube.attach(Piece::whole(cell), &faces, hint, &mut pieces) {
-            stat(1);
+    for &piece in surface {
+        if !tube.attach(piece, &faces, hint, &mut pieces) {
             return None;
         }
         hint = pieces.last()?.1 as usize;
     }
-    pieces.clear();
-    for cell in range {
-        if !tube.attach(Piece::whole(cell), &faces, hint, &mut pieces) {
-            stat(2);
-            return None;
-        }
-        hint = pieces.last()?.1 as usize;
-    }
-    if !is_embedded(points, &faces, triangles) { stat(3); return None; }
-    if !faces.iter().all(|f| tube.holds(f)) { stat(4); return None; }
-    stat(5);
-    Some(pieces)
+    (is_embedded(points, &faces, triangles) && faces.iter().all(|f| tube.holds(f))).then_some(pieces)
 }
 
 fn is_embedded(points: &[DVec3], faces: &[Face], triangles: &[[u8; 3]]) -> bool {

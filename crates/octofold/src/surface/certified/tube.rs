@@ -8,7 +8,9 @@
 //! does so within the tolerance. A copy lies on one side where it meets only cells of that side and mixed
 //! cells whose surface it misses.
 
-use super::cells::{Cells, State};
+use super::cells::{Cells, State, WORD};
+use super::cover::cover;
+use super::piece::{Block, Piece, Pieces};
 use crate::exact;
 use crate::measure::intersect::meet_outside_shared;
 use crate::surface::cell::PATCHES;
@@ -19,9 +21,6 @@ const ROUNDING: f64 = 1e-6;
 
 /// How often a face is cut in four to be proved near the surface.
 const CUTS: u32 = 3;
-
-/// How often a triangle of the surface is cut in four to be proved near a face.
-const PIECE_CUTS: u32 = 3;
 
 /// A triangle with what distances to it need.
 #[derive(Debug, Clone, Copy)]
@@ -107,6 +106,15 @@ impl Face {
             })
     }
 
+    /// Whether a block lies within a distance of the face, straight above and below it.
+    fn covers(&self, block: &Block, distance: f64) -> bool {
+        let spread = |n: DVec3| block.axes.iter().map(|x| n.dot(x.as_dvec3()).abs()).sum::<f64>();
+        self.height(block.middle).abs() + spread(self.normal) <= distance
+            && self.sides.iter().all(|&(out, offset)| {
+                out.dot(block.middle) - offset + spread(out) <= 0.0
+            })
+    }
+
     fn is_within(&self, p: DVec3, distance: f64) -> bool {
         let h = self.height(p);
         if h.abs() > distance {
@@ -122,77 +130,19 @@ impl Face {
     }
 }
 
-/// A piece of the surface: a whole cell's, one of its triangles, or a part of one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Piece {
-    /// Number of the cell.
-    pub cell: u32,
-    /// 0 for the whole cell; else the triangle in the low three bits, and above them a one
-    /// followed by two bits for each cut.
-    part: u16,
-}
-
-impl Piece {
-    /// All of a cell's surface.
-    pub fn whole(cell: u32) -> Self {
-        Self { cell, part: 0 }
-    }
-
-    /// One triangle of a cell.
-    pub fn triangle(cell: u32, number: usize) -> Self {
-        Self { cell, part: number as u16 | 1 << 3 }
-    }
-
-    /// The four parts of a triangle; `None` where it was cut often enough.
-    fn cut(self) -> Option<[Self; 4]> {
-        let (number, code) = (self.part & 7, self.part >> 3);
-        let cut = |i: u16| Self { cell: self.cell, part: number | (code << 2 | i) << 3 };
-        (code >> (2 * PIECE_CUTS) == 0).then(|| [0, 1, 2, 3].map(cut))
-    }
-
-    /// Corners of the piece, at most twelve.
-    pub fn corners(self, cells: &Cells, out: &mut [DVec3; 12]) -> usize {
-        if self.part == 0 {
-            let mut points = [[0.0; 3]; 12];
-            let count = cells.crossings(self.cell, &mut points);
-            for i in 0..count {
-                out[i] = points[i].into();
-            }
-            return count;
-        }
-        let number = (self.part & 7) as usize;
-        let edges = PATCHES[cells.mask(self.cell)].triangles()[number];
-        let mut corners = edges.map(|e| DVec3::from(cells.crossing(self.cell, e.into())));
-        let code = self.part >> 3;
-        let mut depth = (15 - code.leading_zeros()) / 2;
-        while depth > 0 {
-            depth -= 1;
-            let [a, b, c] = corners;
-            let [ab, bc, ca] = [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
-            corners = match code >> (2 * depth) & 3 {
-                0 => [a, ab, ca],
-                1 => [ab, b, bc],
-                2 => [ca, bc, c],
-                _ => [ab, bc, ca],
-            };
-        }
-        out[..3].copy_from_slice(&corners);
-        3
-    }
-}
-
 /// The points within a tolerance of the surface.
 pub struct Tube<'a> {
     pub cells: &'a Cells,
+    pub pieces: &'a Pieces,
     /// The tolerance, in samples.
     pub tolerance: f64,
     bounds: [DVec3; 2],
 }
 
 impl<'a> Tube<'a> {
-    pub fn new(cells: &'a Cells, tolerance: f64) -> Self {
+    pub fn new(cells: &'a Cells, pieces: &'a Pieces, tolerance: f64) -> Self {
         let bounds = cells.bounds.map(|b| DVec3::from(b.map(f64::from)));
-        Self { cells, tolerance, bounds }
+        Self { cells, pieces, tolerance, bounds }
     }
 
     /// The tolerance without what rounding may take.
@@ -210,9 +160,14 @@ impl<'a> Tube<'a> {
         out: &mut Vec<(Piece, u32)>,
     ) -> bool {
         let mut corners = [DVec3::ZERO; 12];
-        let count = piece.corners(self.cells, &mut corners);
-        let corners = &corners[..count];
         let reach = self.reach();
+        if let Some(block) = self.pieces.block(piece) {
+            if faces[hint].covers(block, reach) {
+                out.push((piece, hint as u32));
+                return true;
+            }
+        }
+        let corners = piece.corners(self.cells, self.pieces, &mut corners);
         let fits = |f: &Face| corners.iter().all(|&p| f.is_within(p, reach));
         if fits(&faces[hint]) {
             out.push((piece, hint as u32));
@@ -224,17 +179,21 @@ impl<'a> Tube<'a> {
                 return true;
             }
         }
-        // Cutting cannot help a corner that lies too far from every face.
-        let near = |&p: &DVec3| faces.iter().any(|f| f.is_within(p, reach));
-        if !corners.iter().all(near) {
-            return false;
+        if !piece.is_block() {
+            // Cutting cannot help a corner of the surface that lies too far from every face.
+            let near = |&p: &DVec3| faces.iter().any(|f| f.is_within(p, reach));
+            if !corners.iter().all(near) {
+                return false;
+            }
         }
-        if piece.part == 0 {
-            let triangles = PATCHES[self.cells.mask(piece.cell)].triangles().len();
-            return (0..triangles)
-                .all(|t| self.attach(Piece::triangle(piece.cell, t), faces, hint, out));
-        }
-        piece.cut().is_some_and(|parts| parts.iter().all(|&p| self.attach(p, faces, hint, out)))
+        let mut hint = hint;
+        let mut any = false;
+        piece.parts(self.cells, |part| {
+            any = true;
+            let found = self.attach(part, faces, hint, out);
+            hint = out.last().map_or(hint, |last| last.1 as usize);
+            found
+        }) && any
     }
 
     /// Proves that every point of a face lies within the tolerance of the surface.
@@ -293,97 +252,84 @@ impl<'a> Tube<'a> {
         sum.try_normalize().unwrap_or(normal)
     }
 
-    /// Proves that a triangle lies wholly inside, or wholly outside.
+    /// Proves that a triangle lies wholly inside, or wholly outside: it meets no surface, and one
+    /// of its points is known.
     fn is_on_side(&self, corners: [DVec3; 3], inside: bool) -> bool {
-        let [a, b, c] = corners.map(|p| p.clamp(self.bounds[0], self.bounds[1]));
+        let corners = corners.map(|p| p.clamp(self.bounds[0], self.bounds[1]));
+        let [a, b, c] = corners;
         let normal = (b - a).cross(c - a);
         if normal.length_squared() < 1e-12 {
             return false;
         }
         let normal = normal.normalize();
-        let size = normal.abs();
-        let k = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
-        let (u, v) = ((k + 1) % 3, (k + 2) % 3);
-        let flat = [a, b, c].map(|p| [p[u], p[v], p[k]]);
-        let (slope_u, slope_v) = (-normal[u] / normal[k], -normal[v] / normal[k]);
-        const SLACK: f64 = 1e-9;
-        let range = |i: usize| {
-            let [x, y, z] = flat.map(|p| p[i]);
-            (x.min(y).min(z) - SLACK, x.max(y).max(z) + SLACK)
-        };
-        let (v_low, v_high) = range(1);
-        let (k_low, k_high) = range(2);
+        let [low, high] = self.cells.bounds;
+        // Cells end one before the last lattice points.
+        let last: [u32; 3] = std::array::from_fn(|x| high[x].saturating_sub(1).max(low[x]));
         let mut known = false;
-        let border = self.cells.bounds;
-        let layers = |axis: usize, low: f64, high: f64| {
-            let most = border[1][axis].saturating_sub(1).max(border[0][axis]);
-            let [low, high] = [low, high].map(|x| (x.floor() as u32).clamp(border[0][axis], most));
-            low..=high
-        };
-        for row in layers(v, v_low, v_high) {
-            let strip = (v_low.max(f64::from(row)), v_high.min(f64::from(row) + 1.0));
-            let (mut u_low, mut u_high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for i in 0..3 {
-                let (p, q) = (flat[i], flat[(i + 1) % 3]);
-                let (p, q) = if p[1] <= q[1] { (p, q) } else { (q, p) };
-                if q[1] < strip.0 - SLACK || p[1] > strip.1 + SLACK {
-                    continue;
+        let size = f64::from(WORD);
+        let words = [low.map(|x| x / WORD), last.map(|x| x / WORD)];
+        let clear = cover(corners, normal, size, words, |at| match self.cells.word_state(at) {
+            State::Mixed(word) => {
+                let block = self.pieces.word(word);
+                let middle = normal.dot(block.middle - a);
+                let reach: f64 =
+                    block.axes.iter().map(|x| normal.dot(x.as_dvec3()).abs()).sum::<f64>() + ROUNDING;
+                if middle.abs() > reach {
+                    return true;
                 }
-                let at = |v: f64| {
-                    if q[1] - p[1] < SLACK {
-                        return [p[0].min(q[0]), p[0].max(q[0])];
-                    }
-                    let u = p[0] + (q[0] - p[0]) * ((v - p[1]) / (q[1] - p[1]));
-                    [u, u]
-                };
-                for [low, high] in [at(strip.0.max(p[1])), at(strip.1.min(q[1]))] {
-                    u_low = u_low.min(low);
-                    u_high = u_high.max(high);
-                }
+                let first = at.map(|x| x * WORD);
+                let within = [
+                    std::array::from_fn(|x| first[x].max(low[x])),
+                    std::array::from_fn(|x| (first[x] + WORD - 1).min(last[x])),
+                ];
+                cover(corners, normal, 1.0, within, |at| {
+                    self.is_clear_in(at, corners, normal, inside, &mut known)
+                })
             }
-            u_low -= SLACK;
-            u_high += SLACK;
-            if u_low > u_high {
-                continue;
+            state => {
+                known = true;
+                (state == State::Inside) == inside
             }
-            for column in layers(u, u_low, u_high) {
-                let across = (u_low.max(f64::from(column)), u_high.min(f64::from(column) + 1.0));
-                let end = |slope: f64, (low, high): (f64, f64), from: f64| {
-                    let (p, q) = (slope * (low - from), slope * (high - from));
-                    (p.min(q), p.max(q))
-                };
-                let on_u = end(slope_u, across, flat[0][0]);
-                let on_v = end(slope_v, strip, flat[0][1]);
-                let low = (flat[0][2] + on_u.0 + on_v.0 - SLACK).max(k_low);
-                let high = (flat[0][2] + on_u.1 + on_v.1 + SLACK).min(k_high);
-                for layer in layers(k, low, high) {
-                    let mut at = [0; 3];
-                    (at[u], at[v], at[k]) = (column, row, layer);
-                    match self.cells.state(at) {
-                        State::Outside if inside => return false,
-                        State::Inside if !inside => return false,
-                        State::Outside | State::Inside => known = true,
-                        State::Mixed(cell) => match self.side_in(cell, at, a, normal) {
-                            Side::Known(side) if side == inside => known = true,
-                            Side::Known(_) => return false,
-                            Side::Unknown => {}
-                            Side::Cut => {
-                                if self.meets([a, b, c], cell) {
-                                    return false;
-                                }
-                            }
-                        },
-                    }
-                }
+        });
+        if !clear || known {
+            return clear;
+        }
+        // Only blocks that the surface meets elsewhere: one of its cells will tell.
+        let middle = (a + b + c) / 3.0;
+        for p in [middle, a, b, c] {
+            let at = std::array::from_fn(|x| (p[x] as u32).clamp(low[x], last[x]));
+            if !self.is_clear_in(at, corners, normal, inside, &mut known) {
+                return false;
+            }
+            if known {
+                return true;
             }
         }
-        known
+        false
+    }
+
+    /// Whether a triangle that touches a cell does not meet the surface there, nor lies on the
+    /// wrong side of it; notes where the cell tells that it lies on the right one.
+    fn is_clear_in(
+        &self,
+        at: [u32; 3],
+        corners: [DVec3; 3],
+        normal: DVec3,
+        inside: bool,
+        known: &mut bool,
+    ) -> bool {
+        let State::Mixed(cell) = self.cells.state(at) else {
+            *known = true;
+            return (self.cells.state(at) == State::Inside) == inside;
+        };
+        match self.side_in(cell, at, corners[0], normal) {
+            Side::Known(side) => {
+                *known = true;
+                side == inside
+            }
+            Side::Unknown => true,
+            Side::Cut => !self.meets(corners, cell),
+        }
     }
 
     /// Whether a triangle meets the surface in a mixed cell.
@@ -397,11 +343,11 @@ impl<'a> Tube<'a> {
 
     /// The side of the surface that a plane runs on in a mixed cell.
     fn side_in(&self, cell: u32, at: [u32; 3], on: DVec3, normal: DVec3) -> Side {
-        let mut points = [[0.0; 3]; 12];
+        let mut points = [DVec3::ZERO; 12];
         let count = self.cells.crossings(cell, &mut points);
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         for &p in &points[..count] {
-            let h = normal.dot(DVec3::from(p) - on);
+            let h = normal.dot(p - on);
             lowest = lowest.min(h);
             highest = highest.max(h);
         }
