@@ -42,6 +42,7 @@ pub fn certified(
     eprintln!("{} leaves", leaves.len());
     let mut tiling = join(&settler.tube, leaves);
     if std::env::var("RAW").is_err() { tiling.reduce(&settler.tube, run)?; }
+    eprintln!("{:?}", patch::STAT.iter().map(|s| s.swap(0, std::sync::atomic::Ordering::Relaxed)).collect::<Vec<_>>());
     let shift = f64::from(cells.shift);
     let (points, triangles) = tiling.into_mesh();
     let points = par::map(&points, |p| frame.placement.place((*p - shift).to_array()));

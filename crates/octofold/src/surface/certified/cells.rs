@@ -316,6 +316,13 @@ impl Cells {
         }
     }
 
+    /// The number of the block that holds a mixed cell.
+    pub fn word_of(&self, cell: u32) -> Option<u32> {
+        let brick = self.brick_of(cell)?;
+        let [x, y, z] = self.corner(cell).map(|x| x / WORD % 2);
+        Some(8 * brick + (x | y << 1 | z << 2))
+    }
+
     /// What the block of [`WORD`]^3 cells at `at`, in blocks, is; the number is that of the block
     /// among all, eight to a brick.
     pub fn word_state(&self, at: [u32; 3]) -> State {

@@ -414,6 +414,7 @@ impl<'a> Patchwork<'a> {
 
     /// Tries to collapse an edge.
     fn collapse(&mut self, ends: [u32; 2]) -> bool {
+        super::patch::stat(8);
         let [kept, gone] = ends;
         let around = |spot: u32| {
             let mut ring: Vec<u32> = self.spots[spot as usize]
@@ -451,8 +452,10 @@ impl<'a> Patchwork<'a> {
             .collect();
         let home = self.at[kept as usize];
         for place in self.places(ends) {
+            super::patch::stat(10);
             self.at[kept as usize] = place.to_array();
             if let Some((faces, shared)) = self.try_star(&old, &becomes) {
+                super::patch::stat(9);
                 self.take(ends, &old, &becomes, faces, shared);
                 return true;
             }
@@ -468,9 +471,7 @@ impl<'a> Patchwork<'a> {
         becomes: &[Option<[u32; 3]>],
     ) -> Option<(Vec<Face>, Vec<Vec<Piece>>)> {
         let mut faces = Vec::with_capacity(old.len());
-        let mut turned_into = vec![0; old.len()];
         for (i, corners) in becomes.iter().enumerate() {
-            turned_into[i] = faces.len();
             if let Some(corners) = corners {
                 let face = Face::new(corners.map(|c| self.point(c)))?;
                 let before = &self.scraps[old[i] as usize].face;
@@ -480,25 +481,23 @@ impl<'a> Patchwork<'a> {
                 faces.push(face);
             }
         }
-        if faces.is_empty() {
+        if faces.is_empty() || faces.len() > 64 {
             return None;
         }
-        let mut found = Vec::new();
-        // A few pieces tell at once where a star is bad.
-        for step in [8, 1] {
-            found.clear();
-            for (i, &t) in old.iter().enumerate() {
-                let mut hint = turned_into[i].min(faces.len() - 1);
-                let pieces = &self.scraps[t as usize].pieces;
-                for &piece in pieces.iter().step_by(step) {
-                    if !self.tube.attach(piece, &faces, hint, &mut found) {
-                        return None;
-                    }
-                    hint = found.last()?.1 as usize;
-                }
-            }
+        super::patch::stat(13);
+        let mut pieces: Vec<Piece> = Vec::new();
+        for &t in old {
+            pieces.extend_from_slice(&self.scraps[t as usize].pieces);
         }
-        if !faces.iter().all(|f| self.tube.holds(f)) || !self.is_clear(old, becomes, &faces) {
+        Piece::merge(self.tube.cells, &mut pieces);
+        let mut found = Vec::with_capacity(pieces.len());
+        if !pieces.iter().all(|&piece| self.tube.attach(piece, &faces, &mut found)) {
+            return None;
+        }
+        super::patch::stat(11);
+        if !faces.iter().all(|f| self.tube.holds(f)) { return None; }
+        super::patch::stat(12);
+        if !self.is_clear(old, becomes, &faces) {
             return None;
         }
         let mut shared = vec![Vec::new(); faces.len()];

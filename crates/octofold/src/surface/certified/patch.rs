@@ -265,12 +265,8 @@ fn prove(
         faces.push(Face::new(t.map(|i| points[i as usize]))?);
     }
     let mut pieces = Vec::with_capacity(surface.len());
-    let mut hint = 0;
-    for &piece in surface {
-        if !tube.attach(piece, &faces, hint, &mut pieces) {
-            return None;
-        }
-        hint = pieces.last()?.1 as usize;
+    if !surface.iter().all(|&piece| tube.attach(piece, &faces, &mut pieces)) {
+        return None;
     }
     (is_embedded(points, &faces, triangles) && faces.iter().all(|f| tube.holds(f))).then_some(pieces)
 }
@@ -281,3 +277,5 @@ fn is_embedded(points: &[DVec3], faces: &[Face], triangles: &[[u8; 3]]) -> bool 
     (1..triangles.len())
         .all(|b| (0..b).all(|a| !faces[a].meets(names(a), &faces[b], names(b), &points)))
 }
+pub static STAT: [std::sync::atomic::AtomicUsize; 64] = [const { std::sync::atomic::AtomicUsize::new(0) }; 64];
+pub fn stat(i: usize) { STAT[i].fetch_add(1, std::sync::atomic::Ordering::Relaxed); }

@@ -210,6 +210,64 @@ impl Piece {
         &out[..3]
     }
 
+    /// Sorts pieces, and puts the whole in the place of parts where all of them are there.
+    pub fn merge(cells: &Cells, pieces: &mut Vec<Self>) {
+        pieces.sort_unstable_by_key(|p| (p.cells(cells).start, p.part));
+        let mut whole = Vec::with_capacity(pieces.len());
+        for parts in pieces.chunk_by(|a, b| a.number == b.number && a.part > 2 && b.part > 2) {
+            let share = |p: &Self| 1u32 << (2 * CUTS - (15 - (p.part >> 3).leading_zeros()));
+            let cell = parts[0].number;
+            if parts[0].part > 2
+                && parts.iter().map(share).sum::<u32>()
+                    == (PATCHES[cells.mask(cell)].triangles().len() as u32) << (2 * CUTS)
+            {
+                whole.push(Self { number: cell, part: CELL });
+            } else {
+                whole.extend_from_slice(parts);
+            }
+        }
+        pieces.clear();
+        let mut i = 0;
+        while i < whole.len() {
+            if whole[i].part == CELL {
+                if let Some(word) = cells.word_of(whole[i].number) {
+                    let range = cells.in_word(word);
+                    let all = whole[i..].iter().zip(range.clone()).take_while(|(p, cell)| {
+                        p.part == CELL && p.number == *cell
+                    });
+                    if whole[i].number == range.start && all.count() == range.len() {
+                        pieces.push(Self { number: word, part: WORD });
+                        i += range.len();
+                        continue;
+                    }
+                }
+            }
+            pieces.push(whole[i]);
+            i += 1;
+        }
+        whole.clear();
+        let mut i = 0;
+        while i < pieces.len() {
+            let Self { number, part } = pieces[i];
+            if part == WORD {
+                let brick = number / 8;
+                let all = (8 * brick..8 * brick + 8).filter(|&w| !cells.in_word(w).is_empty());
+                let count = all.clone().count();
+                let there = pieces[i..].iter().zip(all).take_while(|(p, word)| {
+                    p.part == WORD && p.number == *word
+                });
+                if there.count() == count {
+                    whole.push(Self { number: brick, part: BRICK_PART });
+                    i += count;
+                    continue;
+                }
+            }
+            whole.push(pieces[i]);
+            i += 1;
+        }
+        std::mem::swap(pieces, &mut whole);
+    }
+
     /// The mixed cells that the piece is in.
     pub fn cells(self, cells: &Cells) -> Range<u32> {
         match self.part {

@@ -106,13 +106,25 @@ impl Face {
             })
     }
 
-    /// Whether a block lies within a distance of the face, straight above and below it.
-    fn covers(&self, block: &Block, distance: f64) -> bool {
-        let spread = |n: DVec3| block.axes.iter().map(|x| n.dot(x.as_dvec3()).abs()).sum::<f64>();
-        self.height(block.middle).abs() + spread(self.normal) <= distance
-            && self.sides.iter().all(|&(out, offset)| {
-                out.dot(block.middle) - offset + spread(out) <= 0.0
-            })
+    /// How much of a block lies within a distance of the face.
+    fn reaches(&self, block: &Block, distance: f64) -> Reach {
+        let axes = block.axes.map(|a| a.as_dvec3());
+        let spread =
+            |n: DVec3| n.dot(axes[0]).abs() + n.dot(axes[1]).abs() + n.dot(axes[2]).abs();
+        let (height, thick) = (self.height(block.middle).abs(), spread(self.normal));
+        if height - thick > distance {
+            return Reach::Nothing;
+        }
+        let mut beyond = 0.0f64;
+        for &(out, offset) in &self.sides {
+            let (at, wide) = (out.dot(block.middle) - offset, spread(out));
+            if at - wide > distance {
+                return Reach::Nothing;
+            }
+            beyond = beyond.max(at + wide);
+        }
+        let most = height + thick;
+        if beyond <= 0.0 && most <= distance { Reach::Whole } else { Reach::Part }
     }
 
     fn is_within(&self, p: DVec3, distance: f64) -> bool {
@@ -150,50 +162,75 @@ impl<'a> Tube<'a> {
         self.tolerance - ROUNDING
     }
 
-    /// Finds for a piece, or for all parts of it, a face that it lies within the tolerance of:
-    /// first tries face `hint`. Adds pairs of piece and face, and tells whether all were found.
-    pub fn attach(
+    /// Finds for a piece, or for all parts of it, a face that it lies within the tolerance of.
+    /// Adds pairs of piece and face, and tells whether all were found. At most 64 faces are looked
+    /// at.
+    pub fn attach(&self, piece: Piece, faces: &[Face], out: &mut Vec<(Piece, u32)>) -> bool {
+        let all = if faces.len() < 64 { (1 << faces.len()) - 1 } else { !0 };
+        let hint = out.last().map_or(0, |last| last.1);
+        self.attach_to(piece, faces, all, hint, out)
+    }
+
+    /// `near` tells, as bits, the faces that the piece may lie near; `hint` is tried first.
+    fn attach_to(
         &self,
         piece: Piece,
         faces: &[Face],
-        hint: usize,
+        near: u64,
+        hint: u32,
         out: &mut Vec<(Piece, u32)>,
     ) -> bool {
-        let mut corners = [DVec3::ZERO; 12];
         let reach = self.reach();
+        let mut corners = [DVec3::ZERO; 12];
+        let mut left = near;
         if let Some(block) = self.pieces.block(piece) {
-            if faces[hint].covers(block, reach) {
-                out.push((piece, hint as u32));
+            let mut rest = near;
+            while rest != 0 {
+                let f = rest.trailing_zeros();
+                rest &= rest - 1;
+                match faces[f as usize].reaches(block, reach) {
+                    Reach::Whole => {
+                        out.push((piece, f));
+                        return true;
+                    }
+                    Reach::Part => {}
+                    Reach::Nothing => left &= !(1 << f),
+                }
+            }
+        } else {
+            let corners = piece.corners(self.cells, self.pieces, &mut corners);
+            let fits =
+                |f: u32| corners.iter().all(|&p| faces[f as usize].is_within(p, reach));
+            if near >> hint & 1 == 1 && fits(hint) {
+                out.push((piece, hint));
                 return true;
             }
-        }
-        let corners = piece.corners(self.cells, self.pieces, &mut corners);
-        let fits = |f: &Face| corners.iter().all(|&p| f.is_within(p, reach));
-        if fits(&faces[hint]) {
-            out.push((piece, hint as u32));
-            return true;
-        }
-        for (i, face) in faces.iter().enumerate() {
-            if i != hint && fits(face) {
-                out.push((piece, i as u32));
-                return true;
+            let mut rest = near & !(1 << hint);
+            while rest != 0 {
+                let f = rest.trailing_zeros();
+                rest &= rest - 1;
+                if fits(f) {
+                    out.push((piece, f));
+                    return true;
+                }
             }
-        }
-        if !piece.is_block() {
-            // Cutting cannot help a corner of the surface that lies too far from every face.
-            let near = |&p: &DVec3| faces.iter().any(|f| f.is_within(p, reach));
-            if !corners.iter().all(near) {
+            // Cutting cannot help a corner that lies too far from every face.
+            let is_near = |&p: &DVec3| {
+                faces.iter().enumerate().any(|(f, face)| near >> f & 1 == 1 && face.is_within(p, reach))
+            };
+            if !corners.iter().all(is_near) {
                 return false;
             }
         }
-        let mut hint = hint;
-        let mut any = false;
-        piece.parts(self.cells, |part| {
-            any = true;
-            let found = self.attach(part, faces, hint, out);
-            hint = out.last().map_or(hint, |last| last.1 as usize);
-            found
-        }) && any
+        let (mut any, mut hint) = (false, hint);
+        left != 0
+            && piece.parts(self.cells, |part| {
+                any = true;
+                let found = self.attach_to(part, faces, left, hint, out);
+                hint = out.last().map_or(hint, |last| last.1);
+                found
+            })
+            && any
     }
 
     /// Proves that every point of a face lies within the tolerance of the surface.
@@ -367,6 +404,14 @@ impl<'a> Tube<'a> {
         }
         Side::Known(self.cells.mask(cell) >> corner & 1 == 1)
     }
+}
+
+/// How much of a block lies near a face.
+enum Reach {
+    Nothing,
+    /// Some of it may.
+    Part,
+    Whole,
 }
 
 enum Side {
