@@ -37,9 +37,10 @@ pub fn certified(
     let cells = Cells::read(volume, &frame, SLAB, run)?;
     run.stage("pieces");
     let pieces = Pieces::new(&cells);
-    let settler = Settler { tube: Tube::new(&cells, &pieces, tolerance), polyline: tolerance / 2.0 };
+    let settler = Settler { tube: Tube::new(&cells, &pieces, tolerance), polyline: tolerance * std::env::var("TP").map_or(0.5, |s| s.parse::<f64>().unwrap()) };
     let leaves = settler.leaves(run)?;
     eprintln!("{} leaves", leaves.len());
+    eprintln!("{} tiles", leaves.iter().map(|l| l.patch.triangles.len()).sum::<usize>());
     let mut tiling = join(&settler.tube, leaves);
     if std::env::var("RAW").is_err() { tiling.reduce(&settler.tube, run)?; }
     eprintln!("{:?}", patch::STAT.iter().map(|s| s.swap(0, std::sync::atomic::Ordering::Relaxed)).collect::<Vec<_>>());

@@ -27,6 +27,9 @@ const STEPS: f64 = super::cells::STEPS;
 /// Least cosine between the normals of a triangle before and after.
 const TURN: f64 = 0.2;
 
+/// How many pieces are tried before all of them are.
+const PROBES: usize = 16;
+
 /// A triangle with the pieces of the surface that are proved to lie near it.
 #[derive(Debug, Clone)]
 pub struct Tile {
@@ -485,25 +488,39 @@ impl<'a> Patchwork<'a> {
             return None;
         }
         super::patch::stat(13);
+        let t0 = std::time::Instant::now();
+        let lap = |i: usize| { super::patch::STAT[i].fetch_add(t0.elapsed().as_nanos() as usize, std::sync::atomic::Ordering::Relaxed); };
+        let mut found = Vec::new();
         let mut pieces: Vec<Piece> = Vec::new();
         for &t in old {
             pieces.extend_from_slice(&self.scraps[t as usize].pieces);
         }
-        Piece::merge(self.tube.cells, &mut pieces);
-        let mut found = Vec::with_capacity(pieces.len());
+        // A few pieces tell at once where a star is bad.
+        let probes = pieces.iter().step_by(pieces.len() / PROBES + 1);
+        if !probes.into_iter().all(|&piece| self.tube.attach(piece, &faces, &mut found)) {
+            return None;
+        }
+        lap(19);
+        super::patch::stat(15);
+        lap(20);super::patch::STAT[30].fetch_add(pieces.len(), std::sync::atomic::Ordering::Relaxed);super::patch::STAT[31].fetch_add(faces.len(), std::sync::atomic::Ordering::Relaxed);
+        found.clear();
         if !pieces.iter().all(|&piece| self.tube.attach(piece, &faces, &mut found)) {
             return None;
         }
+        lap(21);super::patch::STAT[32].fetch_add(found.len(), std::sync::atomic::Ordering::Relaxed);super::patch::STAT[33].fetch_add(found.iter().map(|f| f.0.cells(self.tube.cells).len()).sum::<usize>(), std::sync::atomic::Ordering::Relaxed);
         super::patch::stat(11);
         if !faces.iter().all(|f| self.tube.holds(f)) { return None; }
-        super::patch::stat(12);
+        lap(22);super::patch::stat(12);
         if !self.is_clear(old, becomes, &faces) {
             return None;
         }
+        lap(23);super::patch::stat(14);
         let mut shared = vec![Vec::new(); faces.len()];
         for (piece, face) in found {
             shared[face as usize].push(piece);
         }
+        shared.iter_mut().for_each(|pieces| Piece::merge(self.tube.cells, pieces));
+        lap(24);
         Some((faces, shared))
     }
 

@@ -229,21 +229,24 @@ impl Piece {
         pieces.clear();
         let mut i = 0;
         while i < whole.len() {
-            if whole[i].part == CELL {
-                if let Some(word) = cells.word_of(whole[i].number) {
-                    let range = cells.in_word(word);
-                    let all = whole[i..].iter().zip(range.clone()).take_while(|(p, cell)| {
-                        p.part == CELL && p.number == *cell
-                    });
-                    if whole[i].number == range.start && all.count() == range.len() {
-                        pieces.push(Self { number: word, part: WORD });
-                        i += range.len();
-                        continue;
-                    }
-                }
+            let Some(word) = (whole[i].part == CELL).then(|| cells.word_of(whole[i].number)).flatten()
+            else {
+                pieces.push(whole[i]);
+                i += 1;
+                continue;
+            };
+            let range = cells.in_word(word);
+            let rest = &whole[i..];
+            let inside = |p: &&Self| p.part != WORD && p.part != BRICK_PART && p.number < range.end;
+            let parts = &rest[..rest.iter().take_while(inside).count()];
+            let is_whole = parts.len() == range.len()
+                && parts.iter().zip(range).all(|(p, cell)| p.part == CELL && p.number == cell);
+            if is_whole {
+                pieces.push(Self { number: word, part: WORD });
+            } else {
+                pieces.extend_from_slice(parts);
             }
-            pieces.push(whole[i]);
-            i += 1;
+            i += parts.len();
         }
         whole.clear();
         let mut i = 0;

@@ -20,7 +20,7 @@ use glam::DVec3;
 const ROUNDING: f64 = 1e-6;
 
 /// How often a face is cut in four to be proved near the surface.
-const CUTS: u32 = 3;
+const CUTS: u32 = 1;
 
 /// A triangle with what distances to it need.
 #[derive(Debug, Clone, Copy)]
