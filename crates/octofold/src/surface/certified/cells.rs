@@ -266,26 +266,18 @@ impl Cells {
     }
 
     /// Where the surface cuts the crossed edges of a mixed cell, in the order of the edges.
-    pub fn crossings(&self, cell: u32, out: &mut [DVec3; 12]) -> usize {
+    pub fn crossings(&self, cell: u32) -> impl Iterator<Item = DVec3> + Clone + '_ {
         let cut = &CUTS[self.mask(cell)];
         let at = DVec3::from(self.at[cell as usize].map(f64::from));
-        let count = cut.count as usize;
-        match self.starts.get(cell as usize) {
-            None => {
-                for i in 0..count {
-                    out[i] = at + MIDDLES[cut.edges[i] as usize];
-                }
+        let start = self.starts.get(cell as usize).copied();
+        cut.edges[..cut.count as usize].iter().enumerate().map(move |(i, &edge)| {
+            let mut p = at + MIDDLES[edge as usize];
+            if let Some(start) = start {
+                let share = self.shares[start as usize + i];
+                p[edge_axis(edge as usize)] += f64::from(share) / STEPS - 0.5;
             }
-            Some(&start) => {
-                let shares = &self.shares[start as usize..start as usize + count];
-                for (i, &share) in shares.iter().enumerate() {
-                    let edge = cut.edges[i] as usize;
-                    out[i] = at + MIDDLES[edge];
-                    out[i][edge_axis(edge)] += f64::from(share) / STEPS - 0.5;
-                }
-            }
-        }
-        count
+            p
+        })
     }
 
     /// How many bricks the surface meets; they are numbered in Morton order.

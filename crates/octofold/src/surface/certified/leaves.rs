@@ -17,7 +17,11 @@ use crate::run::{Cancelled, Run};
 use std::ops::Range;
 
 /// Octants that one unit of work tries.
-const BLOCK: usize = 16;
+const BLOCK: usize = 4;
+
+/// Cells along an edge of the octants that are tried first: large enough that most of a smooth
+/// surface is not tried on many levels.
+const START: u32 = 2 * BRICK;
 
 /// An octant with its mixed cells and its patch.
 #[derive(Debug, Clone)]
@@ -42,17 +46,24 @@ impl Settler<'_> {
     /// The leaves of a volume, in Morton order.
     pub fn leaves(&self, run: &Run) -> Result<Vec<Leaf>, Cancelled> {
         run.stage("octants");
-        let settled = par::blocks(run, self.cells().bricks(), BLOCK, |range| {
-            range
-                .map(|brick| {
-                    let cells = self.cells().in_brick(brick as u32);
-                    let octant = Octant::new(self.cells().corner(cells.start), BRICK);
-                    self.settle(octant, cells)
-                })
-                .collect::<Vec<_>>()
+        let bricks = self.cells().bricks() as u32;
+        let octant = |brick: u32| {
+            Octant::new(self.cells().corner(self.cells().in_brick(brick).start), START)
+        };
+        let mut starts: Vec<(Octant, Range<u32>)> = Vec::new();
+        for brick in 0..bricks {
+            let cells = self.cells().in_brick(brick);
+            match starts.last_mut() {
+                Some((last, range)) if *last == octant(brick) => range.end = cells.end,
+                _ => starts.push((octant(brick), cells)),
+            }
+        }
+        let settled = par::blocks(run, starts.len(), BLOCK, |range| {
+            let starts = &starts[range];
+            starts.iter().map(|(octant, cells)| self.settle(*octant, cells.clone())).collect::<Vec<_>>()
         })?;
         let mut nodes: Vec<Vec<Leaf>> = settled.into_iter().flatten().collect();
-        let mut size = BRICK;
+        let mut size = START;
         while nodes.len() > 1 {
             size *= 2;
             let before = nodes.len();
@@ -71,7 +82,7 @@ impl Settler<'_> {
         most.next_power_of_two()
     }
 
-    /// The largest certified octants within an octant of at most a brick.
+    /// The largest certified octants within an octant.
     fn settle(&self, octant: Octant, range: Range<u32>) -> Vec<Leaf> {
         if octant.size == 1 {
             let patch = patch::of_cell(self.cells(), range.start);

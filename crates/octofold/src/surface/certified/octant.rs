@@ -256,24 +256,25 @@ fn joins_children(cells: &Cells, octant: Octant, range: Range<u32>) -> bool {
     }
 }
 
-/// Whether along some axis no lattice line in an octant of at most a brick is crossed twice: then
-/// there is no closed surface in it, since that would enclose a lattice point.
+/// Whether along some axis no lattice line in an octant of at most 16^3 cells is crossed twice:
+/// then there is no closed surface in it, since that would enclose a lattice point.
 fn is_simple(cells: &Cells, octant: Octant, range: Range<u32>) -> bool {
-    let mut seen = [0u64; 3];
+    let mut seen = [[0u16; 16]; 3];
     let mut twice = 0u8;
     for cell in range {
-        let at = cells.corner(cell).map(|x| x & 7);
+        let at = cells.corner(cell).map(|x| x & 15);
         let edges = crossed(cells.mask(cell));
         for axis in 0..3 {
             // The edge along the axis at the cell's low corner.
             if edges >> (4 * axis) & 1 == 1 {
-                let line = 1 << (at[(axis + 1) % 3] + 8 * at[(axis + 2) % 3]);
-                twice |= u8::from(seen[axis] & line != 0) << axis;
-                seen[axis] |= line;
+                let line = 1 << at[(axis + 1) % 3];
+                let row = &mut seen[axis][at[(axis + 2) % 3] as usize];
+                twice |= u8::from(*row & line != 0) << axis;
+                *row |= line;
             }
         }
     }
-    octant.size <= 8 && twice != 7
+    octant.size <= 16 && twice != 7
 }
 
 /// Whether all cell loops of an octant hang together within it.

@@ -81,12 +81,10 @@ impl Block {
         let normal = normal.try_normalize().unwrap_or(Vec3::Z).as_dvec3();
         let (right, up) = normal.any_orthonormal_pair();
         let frame = [normal, right, up];
-        let mut points = [DVec3::ZERO; 12];
         let home = DVec3::from(cells.corner(range.start).map(f64::from));
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for cell in range {
-            let count = cells.crossings(cell, &mut points);
-            for &p in &points[..count] {
+            for p in cells.crossings(cell) {
                 let p = p - home;
                 let along = DVec3::new(normal.dot(p), right.dot(p), up.dot(p));
                 low = low.min(along);
@@ -101,12 +99,13 @@ impl Block {
         }
     }
 
-    fn corners(&self, out: &mut [DVec3; 12]) {
-        let [x, y, z] = self.axes.map(|a| a.as_dvec3());
-        for (i, corner) in out.iter_mut().take(8).enumerate() {
+    /// Its eight corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        let axes = self.axes.map(|a| a.as_dvec3());
+        std::array::from_fn(|i| {
             let sign = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            *corner = self.middle + x * sign(0) + y * sign(1) + z * sign(2);
-        }
+            self.middle + axes[0] * sign(0) + axes[1] * sign(1) + axes[2] * sign(2)
+        })
     }
 }
 
@@ -149,11 +148,6 @@ impl Piece {
         range.map(|number| Self { number, part: CELL }).collect()
     }
 
-    /// Whether the piece is a block of cells, and its corners are not on the surface.
-    pub fn is_block(self) -> bool {
-        matches!(self.part, WORD | BRICK_PART)
-    }
-
     /// Calls `visit` with the parts of the piece while it gives true; tells whether it always did.
     /// There are none where it was cut often enough.
     pub fn parts(self, cells: &Cells, mut visit: impl FnMut(Self) -> bool) -> bool {
@@ -175,21 +169,13 @@ impl Piece {
         }
     }
 
-    /// Points whose convex hull contains the piece.
-    pub fn corners<'a>(
-        self,
-        cells: &Cells,
-        pieces: &Pieces,
-        out: &'a mut [DVec3; 12],
-    ) -> &'a [DVec3] {
-        if let Some(block) = pieces.block(self) {
-            block.corners(out);
-            return &out[..8];
-        }
-        if self.part == CELL {
-            let count = cells.crossings(self.number, out);
-            return &out[..count];
-        }
+    /// The cell, where the piece is all of its surface.
+    pub fn whole_cell(self) -> Option<u32> {
+        (self.part == CELL).then_some(self.number)
+    }
+
+    /// Corners of a piece that is a triangle or a part of one.
+    pub fn corners(self, cells: &Cells) -> [DVec3; 3] {
         let number = (self.part & 7) as usize;
         let edges = PATCHES[cells.mask(self.number)].triangles()[number];
         let mut corners = edges.map(|e| DVec3::from(cells.crossing(self.number, e.into())));
@@ -206,8 +192,7 @@ impl Piece {
                 _ => [ab, bc, ca],
             };
         }
-        out[..3].copy_from_slice(&corners);
-        &out[..3]
+        corners
     }
 
     /// Sorts pieces, and puts the whole in the place of parts where all of them are there.

@@ -124,7 +124,15 @@ impl Face {
             beyond = beyond.max(at + wide);
         }
         let most = height + thick;
-        if beyond <= 0.0 && most <= distance { Reach::Whole } else { Reach::Part }
+        if most > distance || beyond > distance {
+            return Reach::Part;
+        }
+        // Straight above and below the face the height is the distance.
+        if beyond <= 0.0 || block.corners().iter().all(|&p| self.is_within(p, distance)) {
+            Reach::Whole
+        } else {
+            Reach::Part
+        }
     }
 
     fn is_within(&self, p: DVec3, distance: f64) -> bool {
@@ -181,7 +189,6 @@ impl<'a> Tube<'a> {
         out: &mut Vec<(Piece, u32)>,
     ) -> bool {
         let reach = self.reach();
-        let mut corners = [DVec3::ZERO; 12];
         let mut left = near;
         if let Some(block) = self.pieces.block(piece) {
             let mut rest = near;
@@ -198,28 +205,17 @@ impl<'a> Tube<'a> {
                 }
             }
         } else {
-            let corners = piece.corners(self.cells, self.pieces, &mut corners);
-            let fits =
-                |f: u32| corners.iter().all(|&p| faces[f as usize].is_within(p, reach));
-            if near >> hint & 1 == 1 && fits(hint) {
-                out.push((piece, hint));
-                return true;
-            }
-            let mut rest = near & !(1 << hint);
-            while rest != 0 {
-                let f = rest.trailing_zeros();
-                rest &= rest - 1;
-                if fits(f) {
+            let found = match piece.whole_cell() {
+                Some(cell) => self.place(self.cells.crossings(cell), faces, near, hint),
+                None => self.place(piece.corners(self.cells).into_iter(), faces, near, hint),
+            };
+            match found {
+                Place::Near(f) => {
                     out.push((piece, f));
                     return true;
                 }
-            }
-            // Cutting cannot help a corner that lies too far from every face.
-            let is_near = |&p: &DVec3| {
-                faces.iter().enumerate().any(|(f, face)| near >> f & 1 == 1 && face.is_within(p, reach))
-            };
-            if !corners.iter().all(is_near) {
-                return false;
+                Place::Between => {}
+                Place::Far => return false,
             }
         }
         let (mut any, mut hint) = (false, hint);
@@ -231,6 +227,35 @@ impl<'a> Tube<'a> {
                 found
             })
             && any
+    }
+
+    /// Finds a face that all corners of a piece lie within the tolerance of.
+    fn place(
+        &self,
+        corners: impl Iterator<Item = DVec3> + Clone,
+        faces: &[Face],
+        near: u64,
+        hint: u32,
+    ) -> Place {
+        let reach = self.reach();
+        let fits = |f: u32| corners.clone().all(|p| faces[f as usize].is_within(p, reach));
+        if near >> hint & 1 == 1 && fits(hint) {
+            return Place::Near(hint);
+        }
+        let mut rest = near & !(1 << hint);
+        while rest != 0 {
+            let f = rest.trailing_zeros();
+            rest &= rest - 1;
+            if fits(f) {
+                return Place::Near(f);
+            }
+        }
+        // Cutting cannot help a corner that lies too far from every face.
+        let is_near = |p: DVec3| {
+            let mut near = faces.iter().enumerate().filter(|(f, _)| near >> f & 1 == 1);
+            near.any(|(_, face)| face.is_within(p, reach))
+        };
+        if corners.clone().all(is_near) { Place::Between } else { Place::Far }
     }
 
     /// Proves that every point of a face lies within the tolerance of the surface.
@@ -380,10 +405,8 @@ impl<'a> Tube<'a> {
 
     /// The side of the surface that a plane runs on in a mixed cell.
     fn side_in(&self, cell: u32, at: [u32; 3], on: DVec3, normal: DVec3) -> Side {
-        let mut points = [DVec3::ZERO; 12];
-        let count = self.cells.crossings(cell, &mut points);
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
-        for &p in &points[..count] {
+        for p in self.cells.crossings(cell) {
             let h = normal.dot(p - on);
             lowest = lowest.min(h);
             highest = highest.max(h);
@@ -404,6 +427,16 @@ impl<'a> Tube<'a> {
         }
         Side::Known(self.cells.mask(cell) >> corner & 1 == 1)
     }
+}
+
+/// Where a piece lies.
+enum Place {
+    /// Near one face.
+    Near(u32),
+    /// Its corners near different ones.
+    Between,
+    /// Some corner near none.
+    Far,
 }
 
 /// How much of a block lies near a face.
