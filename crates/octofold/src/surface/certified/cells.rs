@@ -11,7 +11,7 @@ use crate::bits;
 use crate::octree::key::morton;
 use crate::par;
 use crate::run::Run;
-use crate::surface::cell::{crossed, edge_axis, edge_corner};
+use crate::surface::cell::{PATCHES, crossed, edge_axis, edge_corner};
 use crate::surface::slab::{Frame, Slab};
 use crate::volume::{Volume, VolumeError};
 use glam::DVec3;
@@ -100,8 +100,6 @@ pub struct Cells {
     pub shift: u32,
     /// Lowest and highest lattice points, the ring included.
     pub bounds: [[u32; 3]; 2],
-    /// The surface ends at the border, instead of being closed by a ring.
-    pub open: bool,
     bricks: Vec<Brick>,
     masks: Vec<u8>,
     at: Vec<[u16; 3]>,
@@ -166,7 +164,6 @@ impl Cells {
         let mut all = Self {
             shift,
             bounds: [low, high],
-            open: frame.pad == 0,
             bricks: Vec::with_capacity(order.len()),
             masks: Vec::with_capacity(total),
             at: Vec::with_capacity(total),
@@ -280,6 +277,12 @@ impl Cells {
         })
     }
 
+    /// The triangles of the surface in a mixed cell.
+    pub fn triangles(&self, cell: u32) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+        let triangles = PATCHES[self.mask(cell)].triangles();
+        triangles.iter().map(move |t| t.map(|edge| self.crossing(cell, edge.into()).into()))
+    }
+
     /// How many bricks the surface meets; they are numbered in Morton order.
     pub fn bricks(&self) -> usize {
         self.bricks.len()
@@ -333,15 +336,6 @@ impl Cells {
                 }
             }
         }
-    }
-
-    /// Bytes in memory.
-    pub fn bytes(&self) -> usize {
-        self.masks.len() * 7
-            + self.starts.len() * 4
-            + self.shares.len() * 2
-            + self.bricks.len() * size_of::<Brick>()
-            + self.grid.bytes()
     }
 }
 
@@ -597,10 +591,6 @@ impl Grid {
             number => Content::Surface(number),
         }
     }
-
-    fn bytes(&self) -> usize {
-        self.blocks.len() * 4 + self.bricks.len() * 2048
-    }
 }
 
 /// The bricks of the volume's box, one bit each.
@@ -629,7 +619,6 @@ impl Bricks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::cell::PATCHES;
     use crate::surface::cubes::{CubesOptions, Inside, marching_cubes};
     use crate::volume::{DenseVolume, Placement};
     use proptest::prelude::*;

@@ -27,6 +27,13 @@ const STEPS: f64 = super::cells::STEPS;
 /// Least cosine between the normals of a triangle before and after.
 const TURN: f64 = 0.2;
 
+/// Edges are tried where the mean squared distance of their planes from the new point is at most
+/// this share of the squared tolerance.
+const GATE: f64 = 0.4;
+
+/// How much more the plane of even volume counts than all others.
+const BALANCE: f64 = 10.0;
+
 /// How many pieces are tried before all of them are.
 const PROBES: usize = 16;
 
@@ -35,13 +42,15 @@ const PROBES: usize = 16;
 pub struct Tile {
     pub corners: [u32; 3],
     pub pieces: Vec<Piece>,
+    /// Volume that the surface has outside of the triangle, less what it lacks inside.
+    lack: f64,
     /// Bit i tells that the side from corner i on was tried as it is, and does not give way.
     settled: u8,
 }
 
 impl Tile {
     pub fn new(corners: [u32; 3], pieces: Vec<Piece>) -> Self {
-        Self { corners, pieces, settled: 0 }
+        Self { corners, pieces, lack: 0.0, settled: 0 }
     }
 }
 
@@ -53,7 +62,8 @@ pub struct Tiling {
 }
 
 impl Tiling {
-    pub fn new(tube: &Tube, points: Vec<DVec3>, tiles: Vec<Tile>) -> Self {
+    /// `volume` is that within the surface.
+    pub fn new(tube: &Tube, points: Vec<DVec3>, mut tiles: Vec<Tile>, volume: f64) -> Self {
         let mut quadrics = vec![Quadric::default(); points.len()];
         let planes = par::map(&tiles, |tile| {
             let [a, b, c] = tile.corners.map(|p| points[p as usize]);
@@ -67,13 +77,37 @@ impl Tiling {
                     count += 1;
                 }
             }
-            let rise = if count > 0 { sum / count as f64 } else { 0.0 };
-            Quadric::plane(normal, a + normal * rise, area.length())
+            let rise = if count > 0 { sum / f64::from(count) } else { 0.0 };
+            (Quadric::plane(normal, a + normal * rise, area.length()), rise)
         });
-        for (tile, plane) in tiles.iter().zip(planes) {
+        let (mut area, mut lack) = (0.0, 0.0);
+        for (tile, (plane, rise)) in tiles.iter_mut().zip(planes) {
             tile.corners.iter().for_each(|&p| quadrics[p as usize] += plane);
+            tile.lack = rise * plane.weight();
+            area += plane.weight();
+            lack += tile.lack;
+        }
+        // The sum is known exactly.
+        let rest = (volume - volume_within(&points, &tiles) - lack) / area;
+        for tile in &mut tiles {
+            let [a, b, c] = tile.corners.map(|p| points[p as usize]);
+            tile.lack += rest * (b - a).cross(c - a).length() / 2.0;
         }
         Self { points, tiles, quadrics }
+    }
+
+    /// Volume within the mesh.
+    pub fn volume(&self) -> f64 {
+        volume_within(&self.points, &self.tiles)
+    }
+
+    /// Area of the mesh.
+    pub fn area(&self) -> f64 {
+        let area = |tile: &Tile| {
+            let [a, b, c] = tile.corners.map(|p| self.points[p as usize]);
+            (b - a).cross(c - a).length() / 2.0
+        };
+        self.tiles.iter().map(area).sum()
     }
 
     /// The vertices that are left, and the triangles on them.
@@ -92,12 +126,11 @@ impl Tiling {
         (points, triangles)
     }
 
-    /// Collapses what can be.
-    pub fn reduce(&mut self, tube: &Tube, run: &Run) -> Result<(), Cancelled> {
+    /// Collapses what can be, first in boxes of `size` cells.
+    pub fn reduce(&mut self, tube: &Tube, mut size: u32, run: &Run) -> Result<(), Cancelled> {
         run.stage("collapse");
         let [low, high] = tube.cells.bounds;
         let most = (0..3).map(|a| high[a] - low[a]).max().unwrap_or(1);
-        let mut size = 64;
         let mut offset = 0;
         loop {
             let last = size >= 2 * most;
@@ -145,7 +178,8 @@ impl Tiling {
         let results = par::blocks(run, groups.len(), 1, |range| {
             let group = groups[range.start];
             let corner = origin + glam::IVec3::from(group[0].0).as_dvec3() * f64::from(size);
-            let mut patchwork = Patchwork::new(tube, self, &incident, group, corner, f64::from(size));
+            let mut patchwork =
+                Patchwork::new(tube, self, &incident, group, corner, f64::from(size));
             patchwork.reduce();
             patchwork.finish()
         })?;
@@ -171,14 +205,24 @@ impl Tiling {
     }
 }
 
+/// Volume on the inner side of triangles.
+fn volume_within(points: &[DVec3], tiles: &[Tile]) -> f64 {
+    let home = points.first().copied().unwrap_or_default();
+    let part = |tile: &Tile| {
+        let [a, b, c] = tile.corners.map(|p| points[p as usize] - home);
+        a.dot(b.cross(c)) / 6.0
+    };
+    tiles.iter().map(part).sum()
+}
+
 /// A vertex within a box.
 struct Spot {
     /// Its number in the mesh.
     point: u32,
     quadric: Quadric,
-    /// Own triangles round it.
+    /// Triangles round it, those of others that touch the box too.
     tiles: Vec<u32>,
-    /// Triangles of others lie round it too.
+    /// Not all triangles round it are own, or the mesh ends at it.
     frozen: bool,
     moved: bool,
     version: u32,
@@ -191,6 +235,7 @@ struct Scrap {
     /// Another box's triangle, which is only in the way.
     foreign: bool,
     pieces: Vec<Piece>,
+    lack: f64,
     alive: bool,
     settled: u8,
     /// Number of the last question that met it.
@@ -235,6 +280,14 @@ impl PartialOrd for Candidate {
     }
 }
 
+/// The neighbours of a vertex, sorted, from the corners of the triangles round it.
+fn ring(spot: u32, around: impl Iterator<Item = [u32; 3]>) -> Vec<u32> {
+    let mut ring: Vec<u32> = around.flatten().filter(|&c| c != spot).collect();
+    ring.sort_unstable();
+    ring.dedup();
+    ring
+}
+
 impl<'a> Patchwork<'a> {
     fn new(
         tube: &'a Tube<'a>,
@@ -268,22 +321,24 @@ impl<'a> Patchwork<'a> {
             let corners = tile.corners.map(local);
             // Every triangle was a face before.
             let Some(face) = Face::new(corners.map(|c| at[c as usize].into())) else { continue };
-            if !others {
-                let number = scraps.len() as u32;
-                corners.iter().for_each(|&c| spots[c as usize].tiles.push(number));
-            }
+            let number = scraps.len() as u32;
+            corners.iter().for_each(|&c| spots[c as usize].tiles.push(number));
             scraps.push(Scrap {
                 corners,
                 face,
                 foreign: others,
                 pieces: if others { Vec::new() } else { tile.pieces.clone() },
+                lack: tile.lack,
                 alive: true,
                 settled: tile.settled,
                 asked: 0,
             });
         }
-        for spot in &mut spots {
-            spot.frozen = spot.tiles.len() as u32 != incident[spot.point as usize];
+        for (number, spot) in spots.iter_mut().enumerate() {
+            let around = spot.tiles.iter().map(|&t| &scraps[t as usize]);
+            let own = around.clone().filter(|s| !s.foreign).count() as u32;
+            let closed = ring(number as u32, around.map(|s| s.corners)).len() == spot.tiles.len();
+            spot.frozen = own != incident[spot.point as usize] || !closed;
         }
         let mut patchwork = Self {
             tube,
@@ -311,6 +366,7 @@ impl<'a> Patchwork<'a> {
             .map(|s| Tile {
                 corners: s.corners.map(name),
                 pieces: s.pieces.clone(),
+                lack: s.lack,
                 settled: s.settled,
             })
             .collect();
@@ -343,15 +399,7 @@ impl<'a> Patchwork<'a> {
             }
             if self.collapse(ends) {
                 let [kept, _] = ends;
-                let mut ring: Vec<u32> = self.spots[kept as usize]
-                    .tiles
-                    .iter()
-                    .flat_map(|&t| self.scraps[t as usize].corners)
-                    .filter(|&c| c != kept)
-                    .collect();
-                ring.sort_unstable();
-                ring.dedup();
-                for other in ring {
+                for other in self.ring(kept) {
                     self.offer([kept, other], &mut heap);
                 }
             } else if !ends.iter().any(|&e| self.spots[e as usize].frozen) {
@@ -385,63 +433,79 @@ impl<'a> Patchwork<'a> {
         }
         let mut sum = kept.quadric;
         sum += gone.quadric;
-        let Some(p) = self.places(ends).first().copied() else { return };
+        let Some(p) = self.place(ends, sum) else { return };
         let cost = sum.at(p);
         let reach = self.tube.tolerance;
-        if cost <= reach * reach * sum.weight() * std::env::var("GATE").map_or(1.0, |s| s.parse::<f64>().unwrap()) {
+        if cost <= GATE * reach * reach * sum.weight() {
             heap.push(Candidate { cost, ends, versions: [kept.version, gone.version] });
         }
     }
 
-    /// Where the point may lie that an edge becomes, best first.
-    fn places(&self, [kept, gone]: [u32; 2]) -> Vec<DVec3> {
+    /// The neighbours of a vertex, sorted.
+    fn ring(&self, spot: u32) -> Vec<u32> {
+        let tiles = self.spots[spot as usize].tiles.iter();
+        ring(spot, tiles.map(|&t| self.scraps[t as usize].corners))
+    }
+
+    /// Where the point may lie that an edge becomes: at the least of a quadric, or where the end
+    /// is that must stay.
+    fn place(&self, [kept, gone]: [u32; 2], sum: Quadric) -> Option<DVec3> {
         let [p, q] = [kept, gone].map(|e| self.point(e));
         if self.spots[kept as usize].frozen {
-            return vec![p];
+            return Some(p);
         }
-        let mut sum = self.spots[kept as usize].quadric;
-        sum += self.spots[gone as usize].quadric;
-        let best = sum.lowest(p.midpoint(q), 1e-3).map(|p| (p * STEPS).round() / STEPS);
-        let within = |p: &DVec3| {
-            let from = *p - self.corner;
-            from.min_element() >= 0.0 && from.max_element() < self.size
-        };
-        let mut places: Vec<DVec3> = best.into_iter().filter(within).collect();
-        let mut ends = [p, q];
-        if sum.at(q) < sum.at(p) {
-            ends.swap(0, 1);
+        let best = sum.lowest(p.midpoint(q), 1e-3)?;
+        let best = (best * STEPS).round() / STEPS;
+        let from = best - self.corner;
+        (from.min_element() >= 0.0 && from.max_element() < self.size).then_some(best)
+    }
+
+    /// The plane on which the point must lie for the volume to come out right, as a quadric.
+    fn balance(
+        &self,
+        kept: u32,
+        old: &[u32],
+        becomes: &[Option<[u32; 3]>],
+        weight: f64,
+    ) -> Option<Quadric> {
+        let home = self.point(kept);
+        let mut wanted = 0.0;
+        let mut area = 0.0;
+        for &t in old {
+            let scrap = &self.scraps[t as usize];
+            let [a, b, c] = scrap.corners.map(|c| self.point(c) - home);
+            wanted += scrap.lack + a.dot(b.cross(c)) / 6.0;
+            area += (b - a).cross(c - a).length();
         }
-        if std::env::var("ENDS").is_ok() || places.is_empty() { places.extend(ends); }
-        places
+        // The new volume is this times the point.
+        let mut slope = DVec3::ZERO;
+        for corners in becomes.iter().flatten() {
+            let i = corners.iter().position(|&c| c == kept)?;
+            let [a, b] = [1, 2].map(|k| self.point(corners[(i + k) % 3]) - home);
+            slope += a.cross(b) / 6.0;
+        }
+        let length = slope.length();
+        // Where the star is rolled up, no way out changes the volume much.
+        (length > 0.05 * area).then(|| {
+            let normal = slope / length;
+            Quadric::plane(normal, home + normal * (wanted / length), BALANCE * weight)
+        })
     }
 
     /// Tries to collapse an edge.
     fn collapse(&mut self, ends: [u32; 2]) -> bool {
-        super::patch::stat(8);
         let [kept, gone] = ends;
-        let around = |spot: u32| {
-            let mut ring: Vec<u32> = self.spots[spot as usize]
-                .tiles
-                .iter()
-                .flat_map(|&t| self.scraps[t as usize].corners)
-                .filter(|&c| c != spot)
-                .collect();
-            ring.sort_unstable();
-            ring.dedup();
-            ring
-        };
-        let (ring_kept, ring_gone) = (around(kept), around(gone));
+        let (ring_kept, ring_gone) = (self.ring(kept), self.ring(gone));
         let common: Vec<u32> =
             ring_kept.iter().copied().filter(|c| ring_gone.binary_search(c).is_ok()).collect();
-        let thin = |&c: &u32| {
-            let spot = &self.spots[c as usize];
-            !spot.frozen && spot.tiles.len() <= 3
-        };
+        let thin = |&c: &u32| self.spots[c as usize].tiles.len() <= 3;
         if common.len() != 2 || common.iter().any(thin) {
             return false;
         }
-        let mut old: Vec<u32> = self.spots[kept as usize].tiles.clone();
-        old.extend(&self.spots[gone as usize].tiles);
+        let mut old = self.spots[gone as usize].tiles.clone();
+        if !self.spots[kept as usize].frozen {
+            old.extend(&self.spots[kept as usize].tiles);
+        }
         old.sort_unstable();
         old.dedup();
         // Each old triangle with what it becomes; the two along the edge become nothing.
@@ -453,18 +517,23 @@ impl<'a> Patchwork<'a> {
                 (!both).then(|| corners.map(|c| if c == gone { kept } else { c }))
             })
             .collect();
-        let home = self.at[kept as usize];
-        for place in self.places(ends) {
-            super::patch::stat(10);
-            self.at[kept as usize] = place.to_array();
-            if let Some((faces, shared)) = self.try_star(&old, &becomes) {
-                super::patch::stat(9);
-                self.take(ends, &old, &becomes, faces, shared);
-                return true;
+        let mut sum = self.spots[kept as usize].quadric;
+        sum += self.spots[gone as usize].quadric;
+        if let Some(plane) = self.balance(kept, &old, &becomes, sum.weight()) {
+            sum += plane;
+        }
+        let Some(place) = self.place(ends, sum) else { return false };
+        let home = std::mem::replace(&mut self.at[kept as usize], place.to_array());
+        match self.try_star(&old, &becomes) {
+            Some((faces, shared)) => {
+                self.take(ends, home.into(), &old, &becomes, faces, shared);
+                true
+            }
+            None => {
+                self.at[kept as usize] = home;
+                false
             }
         }
-        self.at[kept as usize] = home;
-        false
     }
 
     /// Proves the triangles that a star would become; gives their faces and pieces.
@@ -487,9 +556,6 @@ impl<'a> Patchwork<'a> {
         if faces.is_empty() || faces.len() > 64 {
             return None;
         }
-        super::patch::stat(13);
-        let t0 = std::time::Instant::now();
-        let lap = |i: usize| { super::patch::STAT[i].fetch_add(t0.elapsed().as_nanos() as usize, std::sync::atomic::Ordering::Relaxed); };
         let mut found = Vec::new();
         let mut pieces: Vec<Piece> = Vec::new();
         for &t in old {
@@ -500,37 +566,23 @@ impl<'a> Patchwork<'a> {
         if !probes.into_iter().all(|&piece| self.tube.attach(piece, &faces, &mut found)) {
             return None;
         }
-        lap(19);
-        super::patch::stat(15);
-        lap(20);super::patch::STAT[30].fetch_add(pieces.len(), std::sync::atomic::Ordering::Relaxed);super::patch::STAT[31].fetch_add(faces.len(), std::sync::atomic::Ordering::Relaxed);
         found.clear();
         if !pieces.iter().all(|&piece| self.tube.attach(piece, &faces, &mut found)) {
             return None;
         }
-        lap(21);super::patch::STAT[32].fetch_add(found.len(), std::sync::atomic::Ordering::Relaxed);super::patch::STAT[33].fetch_add(found.iter().map(|f| f.0.cells(self.tube.cells).len()).sum::<usize>(), std::sync::atomic::Ordering::Relaxed);
-        super::patch::stat(11);
-        if !faces.iter().all(|f| self.tube.holds(f)) { return None; }
-        lap(22);super::patch::stat(12);
-        if !self.is_clear(old, becomes, &faces) {
+        if !faces.iter().all(|f| self.tube.holds(f)) || !self.is_clear(old, becomes, &faces) {
             return None;
         }
-        lap(23);super::patch::stat(14);
         let mut shared = vec![Vec::new(); faces.len()];
         for (piece, face) in found {
             shared[face as usize].push(piece);
         }
         shared.iter_mut().for_each(|pieces| Piece::merge(self.tube.cells, pieces));
-        lap(24);
         Some((faces, shared))
     }
 
     /// Whether the triangles that a star would become meet no other and not one another.
-    fn is_clear(
-        &mut self,
-        old: &[u32],
-        becomes: &[Option<[u32; 3]>],
-        faces: &[Face],
-    ) -> bool {
+    fn is_clear(&mut self, old: &[u32], becomes: &[Option<[u32; 3]>], faces: &[Face]) -> bool {
         let new: Vec<[u32; 3]> = becomes.iter().flatten().copied().collect();
         for b in 1..new.len() {
             for a in 0..b {
@@ -562,8 +614,7 @@ impl<'a> Patchwork<'a> {
                             scrap.asked = self.question;
                             let other = scrap.corners;
                             let [other_low, other_high] = self.span(other);
-                            let apart =
-                                other_low.cmpgt(high).any() || low.cmpgt(other_high).any();
+                            let apart = other_low.cmpgt(high).any() || low.cmpgt(other_high).any();
                             let beside = &self.scraps[t as usize].face;
                             if !apart && face.meets(corners, beside, other, &self.at) {
                                 return false;
@@ -580,11 +631,25 @@ impl<'a> Patchwork<'a> {
     fn take(
         &mut self,
         [kept, gone]: [u32; 2],
+        home: DVec3,
         old: &[u32],
         becomes: &[Option<[u32; 3]>],
         faces: Vec<Face>,
         shared: Vec<Vec<Piece>>,
     ) {
+        let mut lack = 0.0;
+        for &t in old {
+            let scrap = &self.scraps[t as usize];
+            let [a, b, c] =
+                scrap.corners.map(|c| if c == kept { home } else { self.point(c) } - home);
+            lack += scrap.lack + a.dot(b.cross(c)) / 6.0;
+        }
+        let mut area = 0.0;
+        for corners in becomes.iter().flatten() {
+            let [a, b, c] = corners.map(|c| self.point(c) - home);
+            lack -= a.dot(b.cross(c)) / 6.0;
+            area += (b - a).cross(c - a).length();
+        }
         for &t in old {
             self.scraps[t as usize].alive = false;
             for c in self.scraps[t as usize].corners {
@@ -594,11 +659,13 @@ impl<'a> Patchwork<'a> {
         let new = becomes.iter().flatten().zip(faces).zip(shared);
         for ((&corners, face), pieces) in new {
             let t = self.scraps.len() as u32;
+            let [a, b, c] = face.corners;
             self.scraps.push(Scrap {
                 corners,
                 face,
                 foreign: false,
                 pieces,
+                lack: lack * (b - a).cross(c - a).length() / area,
                 alive: true,
                 settled: 0,
                 asked: 0,

@@ -33,7 +33,7 @@ pub struct Leaf {
 
 /// How leaves are made.
 pub struct Settler<'a> {
-    pub tube: Tube<'a>,
+    pub tube: &'a Tube<'a>,
     /// Tolerance of the polylines.
     pub polyline: f64,
 }
@@ -60,7 +60,10 @@ impl Settler<'_> {
         }
         let settled = par::blocks(run, starts.len(), BLOCK, |range| {
             let starts = &starts[range];
-            starts.iter().map(|(octant, cells)| self.settle(*octant, cells.clone())).collect::<Vec<_>>()
+            starts
+                .iter()
+                .map(|(octant, cells)| self.settle(*octant, cells.clone()))
+                .collect::<Vec<_>>()
         })?;
         let mut nodes: Vec<Vec<Leaf>> = settled.into_iter().flatten().collect();
         let mut size = START;
@@ -103,7 +106,7 @@ impl Settler<'_> {
     fn certify(&self, octant: Octant, range: Range<u32>, discs: bool) -> Option<Leaf> {
         let steps = octant::disc(self.cells(), octant, range.clone(), discs)?;
         let polygon = patch::polygon(self.cells(), &steps, self.polyline, |_| false);
-        let patch = patch::fill(&self.tube, octant, range.clone(), polygon)?;
+        let patch = patch::fill(self.tube, octant, range.clone(), polygon)?;
         Some(Leaf { octant, cells: range, patch })
     }
 
@@ -197,7 +200,7 @@ impl Settler<'_> {
         if polygon == leaf.patch.polygon {
             return Conformed::Same;
         }
-        match patch::fill(&self.tube, leaf.octant, leaf.cells.clone(), polygon) {
+        match patch::fill(self.tube, leaf.octant, leaf.cells.clone(), polygon) {
             Some(patch) => Conformed::New(patch),
             None => split(),
         }

@@ -228,9 +228,8 @@ static LOOP_OF: LazyLock<Box<[[u8; 12]; 256]>> = LazyLock::new(|| {
 /// Whether the discs in the children of an octant hang together across the faces between them.
 fn joins_children(cells: &Cells, octant: Octant, range: Range<u32>) -> bool {
     let half = octant.size / 2;
-    let child = |at: [u32; 3]| {
-        (0..3).map(|a| u32::from(at[a] & half != 0) << a).sum::<u32>() as usize
-    };
+    let child =
+        |at: [u32; 3]| (0..3).map(|a| u32::from(at[a] & half != 0) << a).sum::<u32>() as usize;
     // For each child, those that it is joined to.
     let mut joined = [0u8; 8];
     let mut present = 0u8;

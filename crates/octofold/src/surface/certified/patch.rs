@@ -213,18 +213,12 @@ fn by_chords(points: &[DVec3], bounds: [[u32; 3]; 2]) -> Option<Vec<[u8; 3]>> {
 /// Vertices inside the octant to try as the middle of a fan: the point nearest to the planes of
 /// all triangles of the surface (Garland and Heckbert 1997; the corner, where there is one), and
 /// the surface point nearest to the polygon's middle.
-fn steiners(
-    tube: &Tube,
-    range: Range<u32>,
-    points: &[DVec3],
-    bounds: [[u32; 3]; 2],
-) -> Vec<DVec3> {
+fn steiners(tube: &Tube, range: Range<u32>, points: &[DVec3], bounds: [[u32; 3]; 2]) -> Vec<DVec3> {
     let middle = points.iter().sum::<DVec3>() / points.len() as f64;
     let (mut form, mut side, mut weight) = (DMat3::ZERO, DVec3::ZERO, 0.0);
     let mut nearest = (f64::INFINITY, middle);
     for cell in range {
-        for t in PATCHES[tube.cells.mask(cell)].triangles() {
-            let [a, b, c] = t.map(|e| DVec3::from(tube.cells.crossing(cell, e.into())));
+        for [a, b, c] in tube.cells.triangles(cell) {
             let area = (b - a).cross(c - a);
             let size = area.length();
             if size > 0.0 {
@@ -268,7 +262,8 @@ fn prove(
     if !surface.iter().all(|&piece| tube.attach(piece, &faces, &mut pieces)) {
         return None;
     }
-    (is_embedded(points, &faces, triangles) && faces.iter().all(|f| tube.holds(f))).then_some(pieces)
+    (is_embedded(points, &faces, triangles) && faces.iter().all(|f| tube.holds(f)))
+        .then_some(pieces)
 }
 
 fn is_embedded(points: &[DVec3], faces: &[Face], triangles: &[[u8; 3]]) -> bool {
@@ -277,5 +272,3 @@ fn is_embedded(points: &[DVec3], faces: &[Face], triangles: &[[u8; 3]]) -> bool 
     (1..triangles.len())
         .all(|b| (0..b).all(|a| !faces[a].meets(names(a), &faces[b], names(b), &points)))
 }
-pub static STAT: [std::sync::atomic::AtomicUsize; 64] = [const { std::sync::atomic::AtomicUsize::new(0) }; 64];
-pub fn stat(i: usize) { STAT[i].fetch_add(1, std::sync::atomic::Ordering::Relaxed); }

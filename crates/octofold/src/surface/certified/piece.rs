@@ -174,6 +174,11 @@ impl Piece {
         (self.part == CELL).then_some(self.number)
     }
 
+    /// Whether the piece is a triangle or a part of one.
+    pub fn is_part(self) -> bool {
+        self.part > BRICK_PART
+    }
+
     /// Corners of a piece that is a triangle or a part of one.
     pub fn corners(self, cells: &Cells) -> [DVec3; 3] {
         let number = (self.part & 7) as usize;
@@ -199,10 +204,10 @@ impl Piece {
     pub fn merge(cells: &Cells, pieces: &mut Vec<Self>) {
         pieces.sort_unstable_by_key(|p| (p.cells(cells).start, p.part));
         let mut whole = Vec::with_capacity(pieces.len());
-        for parts in pieces.chunk_by(|a, b| a.number == b.number && a.part > 2 && b.part > 2) {
+        for parts in pieces.chunk_by(|a, b| a.number == b.number && a.is_part() && b.is_part()) {
             let share = |p: &Self| 1u32 << (2 * CUTS - (15 - (p.part >> 3).leading_zeros()));
             let cell = parts[0].number;
-            if parts[0].part > 2
+            if parts[0].is_part()
                 && parts.iter().map(share).sum::<u32>()
                     == (PATCHES[cells.mask(cell)].triangles().len() as u32) << (2 * CUTS)
             {
@@ -214,7 +219,8 @@ impl Piece {
         pieces.clear();
         let mut i = 0;
         while i < whole.len() {
-            let Some(word) = (whole[i].part == CELL).then(|| cells.word_of(whole[i].number)).flatten()
+            let Some(word) =
+                (whole[i].part == CELL).then(|| cells.word_of(whole[i].number)).flatten()
             else {
                 pieces.push(whole[i]);
                 i += 1;
@@ -222,7 +228,7 @@ impl Piece {
             };
             let range = cells.in_word(word);
             let rest = &whole[i..];
-            let inside = |p: &&Self| p.part != WORD && p.part != BRICK_PART && p.number < range.end;
+            let inside = |p: &&Self| (p.part == CELL || p.is_part()) && p.number < range.end;
             let parts = &rest[..rest.iter().take_while(inside).count()];
             let is_whole = parts.len() == range.len()
                 && parts.iter().zip(range).all(|(p, cell)| p.part == CELL && p.number == cell);
@@ -241,9 +247,10 @@ impl Piece {
                 let brick = number / 8;
                 let all = (8 * brick..8 * brick + 8).filter(|&w| !cells.in_word(w).is_empty());
                 let count = all.clone().count();
-                let there = pieces[i..].iter().zip(all).take_while(|(p, word)| {
-                    p.part == WORD && p.number == *word
-                });
+                let there = pieces[i..]
+                    .iter()
+                    .zip(all)
+                    .take_while(|(p, word)| p.part == WORD && p.number == *word);
                 if there.count() == count {
                     whole.push(Self { number: brick, part: BRICK_PART });
                     i += count;

@@ -76,7 +76,13 @@ impl Face {
 
     /// Whether two faces, each with the numbers of its corners, meet outside the corners that they
     /// share; `points` are the positions of all numbers.
-    pub fn meets(&self, own: [u32; 3], other: &Self, others: [u32; 3], points: &[[f64; 3]]) -> bool {
+    pub fn meets(
+        &self,
+        own: [u32; 3],
+        other: &Self,
+        others: [u32; 3],
+        points: &[[f64; 3]],
+    ) -> bool {
         let shared = own.iter().filter(|c| others.contains(c)).count();
         // Neighbours that do not turn back cannot lie on each other.
         if shared == 2 && self.normal.dot(other.normal) > -0.5 {
@@ -109,8 +115,7 @@ impl Face {
     /// How much of a block lies within a distance of the face.
     fn reaches(&self, block: &Block, distance: f64) -> Reach {
         let axes = block.axes.map(|a| a.as_dvec3());
-        let spread =
-            |n: DVec3| n.dot(axes[0]).abs() + n.dot(axes[1]).abs() + n.dot(axes[2]).abs();
+        let spread = |n: DVec3| n.dot(axes[0]).abs() + n.dot(axes[1]).abs() + n.dot(axes[2]).abs();
         let (height, thick) = (self.height(block.middle).abs(), spread(self.normal));
         if height - thick > distance {
             return Reach::Nothing;
@@ -133,6 +138,20 @@ impl Face {
         } else {
             Reach::Part
         }
+    }
+
+    /// How much of a unit cube lies straight above and below the face, or within a distance of that.
+    fn reaches_over(&self, middle: DVec3, distance: f64) -> Reach {
+        let mut whole = true;
+        for &(out, offset) in &self.sides {
+            let at = out.dot(middle) - offset;
+            let wide = 0.5 * (out.x.abs() + out.y.abs() + out.z.abs());
+            if at - wide > distance {
+                return Reach::Nothing;
+            }
+            whole &= at + wide <= 0.0;
+        }
+        if whole { Reach::Whole } else { Reach::Part }
     }
 
     fn is_within(&self, p: DVec3, distance: f64) -> bool {
@@ -206,8 +225,11 @@ impl<'a> Tube<'a> {
             }
         } else {
             let found = match piece.whole_cell() {
-                Some(cell) => self.place(self.cells.crossings(cell), faces, near, hint),
-                None => self.place(piece.corners(self.cells).into_iter(), faces, near, hint),
+                Some(cell) => {
+                    let middle = DVec3::from(self.cells.corner(cell).map(f64::from)) + 0.5;
+                    self.place(Some(middle), self.cells.crossings(cell), faces, near, hint)
+                }
+                None => self.place(None, piece.corners(self.cells).into_iter(), faces, near, hint),
             };
             match found {
                 Place::Near(f) => {
@@ -229,16 +251,25 @@ impl<'a> Tube<'a> {
             && any
     }
 
-    /// Finds a face that all corners of a piece lie within the tolerance of.
+    /// Finds a face that all corners of a piece lie within the tolerance of. The piece lies in the
+    /// unit cube about `middle`, where that is given.
     fn place(
         &self,
+        middle: Option<DVec3>,
         corners: impl Iterator<Item = DVec3> + Clone,
         faces: &[Face],
         near: u64,
         hint: u32,
     ) -> Place {
         let reach = self.reach();
-        let fits = |f: u32| corners.clone().all(|p| faces[f as usize].is_within(p, reach));
+        let fits = |f: u32| {
+            let face = &faces[f as usize];
+            match middle.map_or(Reach::Part, |middle| face.reaches_over(middle, reach)) {
+                Reach::Nothing => false,
+                Reach::Part => corners.clone().all(|p| face.is_within(p, reach)),
+                Reach::Whole => corners.clone().all(|p| face.height(p).abs() <= reach),
+            }
+        };
         if near >> hint & 1 == 1 && fits(hint) {
             return Place::Near(hint);
         }
@@ -335,7 +366,8 @@ impl<'a> Tube<'a> {
                 let block = self.pieces.word(word);
                 let middle = normal.dot(block.middle - a);
                 let reach: f64 =
-                    block.axes.iter().map(|x| normal.dot(x.as_dvec3()).abs()).sum::<f64>() + ROUNDING;
+                    block.axes.iter().map(|x| normal.dot(x.as_dvec3()).abs()).sum::<f64>()
+                        + ROUNDING;
                 if middle.abs() > reach {
                     return true;
                 }
