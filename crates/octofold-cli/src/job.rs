@@ -5,8 +5,9 @@ use crate::files::{Input, Output};
 use crate::memory;
 use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
-use octofold::pipeline::{self, Shape, Step};
+use octofold::pipeline::{self, Made, Shape, Step};
 use octofold::report::{Answer, Report, ShapeMeasures};
+use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Run};
 use std::io::Write;
 use std::sync::Arc;
@@ -42,6 +43,8 @@ pub struct Account {
     pub input: Option<ShapeMeasures>,
     /// Measures of what came out.
     pub output: Option<ShapeMeasures>,
+    /// What the surface method tells of its own work.
+    pub surface: Option<SurfaceAccount>,
 }
 
 impl Job {
@@ -75,10 +78,10 @@ impl Job {
         );
         let shape = opened.read(&self.run)?;
         let input = self.measures(&shape)?;
-        let shape = pipeline::pipeline(shape, &steps, &self.run)?;
+        let Made { shape, surface } = pipeline::pipeline(shape, &steps, &self.run)?;
         let measures = self.measures(&shape)?;
         output.write(&shape, &self.run)?;
-        self.finish(Account { answer: None, steps, input, output: measures })?;
+        self.finish(Account { answer: None, steps, input, output: measures, surface })?;
         self.say_written(output, &shape);
         Ok(Outcome::Holds)
     }
@@ -125,7 +128,7 @@ impl Job {
         if !self.json {
             return Ok(());
         }
-        let Account { answer, steps, input, output } = account;
+        let Account { answer, steps, input, output, surface } = account;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: self.command,
@@ -136,6 +139,7 @@ impl Job {
             peak_memory: memory::peak(),
             input,
             output,
+            surface,
             findings,
         };
         self.answer(&serde_json::to_string_pretty(&report)?)

@@ -136,7 +136,7 @@ impl Stage<'_> {
     fn arrow(&self, from: &str, step: Step, to: &str) -> Result<Panel> {
         let input = ReadingArgs::default().of(&self.folder.join(from))?;
         let shape = input.open()?.read(&self.job.run)?;
-        self.written(to, &pipeline(shape, &[step], &self.job.run)?)
+        self.written(to, &pipeline(shape, &[step], &self.job.run)?.shape)
     }
 
     /// Writes `shape`, reads it again, measures and draws it.

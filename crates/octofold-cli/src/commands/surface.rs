@@ -16,7 +16,8 @@ pub struct Args {
     input: InputArgs,
     #[command(flatten)]
     output: OutputArgs,
-    /// How the surface is made: mc, marching cubes
+    /// How the surface is made: mc, marching cubes; amc, adaptive marching cubes; tel, the method
+    /// of Nishio et al. 1997 as published. amc and tel are for comparison: edges may stay open
     #[arg(long, default_value = Method::default().name(), value_parser = methods())]
     method: Method,
     /// Value at which the surface runs [default: 0.5 for binary volumes, else Otsu's threshold,
@@ -38,8 +39,9 @@ pub struct Args {
 }
 
 const AFTER_HELP: &str = "\
-The mesh lies where the volume's file says, in its unit. It is closed and manifold for any input,
-unless --open leaves it open at the border.
+The mesh lies where the volume's file says, in its unit. With mc it is closed and manifold for any
+input, unless --open leaves it open at the border. With --json the report tells under `surface` how
+amc and tel divided the volume and what they left open.
 
 Examples:
   octofold surface brain.nii.gz brain.glb

@@ -23,7 +23,7 @@ use crate::with_samples;
 use std::ops::Range;
 
 /// Layers of cells in one unit of work.
-const SLAB: usize = 32;
+pub(super) const SLAB: usize = 32;
 
 /// Bytes of bits that the first pass keeps for the second; slabs beyond are read again. Shares,
 /// four bytes for each vertex, come on top.
@@ -112,8 +112,15 @@ pub fn marching_cubes(
     Ok(mesh)
 }
 
+/// Where the isosurface cuts an edge between two samples, as a share of the edge from the first.
+pub(super) fn share(iso: f64, from: f64, to: f64) -> f32 {
+    let share = (iso - from) / (to - from);
+    // Not a number where a sample is not one.
+    if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) as f32 }
+}
+
 /// The lattice of samples with its optional ring of outside samples.
-struct Frame<'a> {
+pub(super) struct Frame<'a> {
     options: &'a CubesOptions,
     /// Real samples.
     dims: [usize; 3],
@@ -125,7 +132,7 @@ struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    fn new(volume: &dyn Volume, options: &'a CubesOptions) -> Self {
+    pub fn new(volume: &dyn Volume, options: &'a CubesOptions) -> Self {
         let placement = volume.placement();
         let mut patches = *PATCHES;
         if placement.determinant() < 0.0 {
@@ -152,7 +159,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Cells along `axis`.
-    fn cells(&self, axis: usize) -> usize {
+    pub fn cells(&self, axis: usize) -> usize {
         let empty = self.dims.contains(&0) || (0..3).any(|a| self.points(a) < 2);
         if empty { 0 } else { self.points(axis) - 1 }
     }
@@ -163,7 +170,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Reads the samples of a range of cell layers and makes their slab.
-    fn slab(&self, volume: &dyn Volume, layers: Range<usize>) -> Result<Slab, VolumeError> {
+    pub fn slab(&self, volume: &dyn Volume, layers: Range<usize>) -> Result<Slab, VolumeError> {
         let first = layers.start.saturating_sub(self.pad);
         let end = (layers.end + 1 - self.pad).min(self.dims[2]);
         let region = Region { start: [0, 0, first], end: [self.dims[0], self.dims[1], end] };
@@ -233,11 +240,7 @@ impl<'a> Frame<'a> {
                 let x = 64 * word + bit;
                 let value = |row: Option<usize>, x| Some(samples[row? + self.real(x, 0)?].to_f64());
                 shares.push(match (value(low, x), value(high, x + step)) {
-                    (Some(a), Some(b)) => {
-                        let share = (iso - a) / (b - a);
-                        // Not a number where a sample is not one.
-                        if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) as f32 }
-                    }
+                    (Some(a), Some(b)) => share(iso, a, b),
                     _ => 0.5,
                 });
             });
@@ -274,7 +277,7 @@ impl<'a> Frame<'a> {
 }
 
 /// A range of cell layers, with all that is needed to mesh it without its samples.
-struct Slab {
+pub(super) struct Slab {
     /// Rows of lattice points in a layer.
     rows: usize,
     /// Cells in a row.
@@ -291,7 +294,8 @@ struct Slab {
 }
 
 impl Slab {
-    fn row(&self, y: usize, z: usize) -> &[u64] {
+    /// The inside bits of row `y` of lattice layer `z`.
+    pub fn row(&self, y: usize, z: usize) -> &[u64] {
         let words = self.bits.len() / ((self.layers.len() + 1) * self.rows);
         let row = (z - self.layers.start) * self.rows + y;
         &self.bits[row * words..(row + 1) * words]
@@ -308,7 +312,7 @@ impl Slab {
         self.own_edges(|_, _, _, _, crossed| points += crossed.count_ones() as usize);
         for z in self.layers.clone() {
             for y in 0..self.rows - 1 {
-                self.mixed(y, z, |mask| triangles += patches[mask].triangles().len());
+                self.mixed(y, z, |_, mask| triangles += patches[mask].triangles().len());
             }
         }
         (self.points, self.triangles) = (points, triangles);
@@ -355,8 +359,8 @@ impl Slab {
         }
     }
 
-    /// Calls `visit` with the mask of each mixed cell in row `y` above layer `z`.
-    fn mixed(&self, y: usize, z: usize, mut visit: impl FnMut(usize)) {
+    /// Calls `visit` with place and mask of each mixed cell in row `y` above layer `z`.
+    pub fn mixed(&self, y: usize, z: usize, mut visit: impl FnMut(usize, usize)) {
         let rows = [self.row(y, z), self.row(y + 1, z), self.row(y, z + 1), self.row(y + 1, z + 1)];
         for w in 0..rows[0].len() {
             let here = rows.map(|r| r[w]);
@@ -364,9 +368,10 @@ impl Slab {
             let any = here.iter().chain(&beside).fold(0, |a, b| a | b);
             let all = here.iter().chain(&beside).fold(!0, |a, b| a & b);
             bits::ones(any & !all & bits::below(self.cells, w), |bit| {
-                visit((0..4).fold(0, |m, r| {
+                let mask = (0..4).fold(0, |m, r| {
                     m | (here[r] >> bit & 1) << (2 * r) | (beside[r] >> bit & 1) << (2 * r + 1)
-                }) as usize);
+                });
+                visit(64 * w + bit, mask as usize);
             });
         }
     }
@@ -451,7 +456,7 @@ impl March<'_> {
         let mut next_x = [low.x[y], low.x[y + 1], high.x[y], high.x[y + 1]];
         let mut next_y = [low.y[y], high.y[y]];
         let mut next_z = [vertical[y], vertical[y + 1]];
-        self.slab.mixed(y, z, |mask| {
+        self.slab.mixed(y, z, |_, mask| {
             let differ = |a: usize, b: usize| ((mask >> a ^ mask >> b) & 1) as u32;
             let on_y = [differ(0, 2), differ(4, 6)];
             let on_z = [differ(0, 4), differ(2, 6)];
