@@ -5,7 +5,7 @@ use crate::files::{Input, Output};
 use crate::memory;
 use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
-use octofold::pipeline::{self, Made, Shape, Step};
+use octofold::pipeline::{self, Made, Shape, Step, StepError};
 use octofold::report::{Answer, Report, ShapeMeasures};
 use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Run};
@@ -67,7 +67,9 @@ impl Job {
         let opened = input.open()?;
         let (from, to) = (opened.kind(), output.kind());
         let kind = match pipeline::outcome(from, &steps) {
-            Err(error) if from != to => return Err(error).context(advice(from, to)),
+            Err(error @ StepError::Misfit { .. }) if from != to => {
+                return Err(error).context(advice(from, to));
+            }
             other => other?,
         };
         ensure!(
