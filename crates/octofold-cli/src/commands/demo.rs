@@ -5,7 +5,7 @@
 
 mod page;
 
-use crate::files::{Output, ReadingArgs};
+use crate::files::{self, Output, ReadingArgs};
 use crate::job::{Account, Job, Outcome};
 use crate::picture;
 use anyhow::{Context, Result};
@@ -39,7 +39,7 @@ impl Args {
         let stage = Stage { folder, job };
         let scenes = [stage.scan()?, stage.product()?, stage.gray()?, stage.labels()?];
         let index = stage.folder.join("index.html");
-        std::fs::write(&index, page::html(&scenes)).with_context(|| index.display().to_string())?;
+        files::write(&index, page::html(&scenes).as_bytes())?;
         job.finish(Account::default())?;
         let seconds = job.terminal.seconds();
         job.terminal.say(&format!("{}: open it in a browser, {seconds:.2} s", index.display()));

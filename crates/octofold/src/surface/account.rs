@@ -15,6 +15,15 @@ pub enum SurfaceAccount {
     Tel(OctreeAccount),
 }
 
+impl SurfaceAccount {
+    /// The counts of octants, where the method divides them.
+    pub fn octree(&self) -> Option<&OctreeAccount> {
+        match self {
+            Self::Adaptive(account) | Self::Tel(account) => Some(account),
+        }
+    }
+}
+
 /// Counts of a method that divides octants until each can carry its part of the surface, and
 /// closes the cracks between octants of different size afterwards.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
