@@ -195,7 +195,7 @@ mod tests {
         #![proptest_config(crate::sweep::cases(64))]
 
         #[test]
-        fn loops_are_closed_walks_along_white_and_use_each_side_once(
+        fn loops_are_closed_walks_of_gray_on_their_faces(
             dims in prop::array::uniform3(2usize..11),
             seed in any::<u64>(),
             smooth in 1u64..4,
