@@ -6,6 +6,7 @@ mod completions;
 mod convert;
 mod demo;
 mod info;
+mod paper;
 mod run;
 mod sample;
 mod surface;
@@ -33,6 +34,8 @@ pub enum Command {
     Surface(surface::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
+    /// Repeat a paper's experiments beside its published figures
+    Paper(paper::Args),
     /// Run the steps of a file
     Run(run::Args),
     /// Print a completion script for a shell
@@ -51,6 +54,7 @@ impl Command {
             Self::Voxelize(_) => "voxelize",
             Self::Surface(_) => "surface",
             Self::Demo(_) => "demo",
+            Self::Paper(_) => "paper",
             Self::Run(_) => "run",
             Self::Completions(_) => "completions",
         }
@@ -68,6 +72,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Voxelize(args) => args.run(job),
         Command::Surface(args) => args.run(job),
         Command::Demo(args) => args.run(job),
+        Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),
         Command::Completions(args) => args.run(),
     }

@@ -5,8 +5,16 @@ use octofold::pipeline::Shape;
 use octofold::volume::ScalarType;
 use octofold::{Kind, Run, Soup, Volume};
 use octofold_io::raw::RawLayout;
-use octofold_io::{Format, Source};
+use octofold_io::{Format, Source, WriteError};
 use std::path::{Path, PathBuf};
+
+/// Writes the bytes of a whole file, or nothing.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    Ok(octofold_io::save(path, |sink| {
+        let failed = |source| WriteError::Io { path: path.into(), source };
+        sink.out.write_all(bytes).map_err(failed)
+    })?)
+}
 
 /// What names an input, as typed.
 #[derive(Debug, clap::Args)]

@@ -5,8 +5,9 @@ use crate::files::{Input, Output};
 use crate::memory;
 use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
-use octofold::pipeline::{self, Shape, Step};
+use octofold::pipeline::{self, Made, Shape, Step, StepError};
 use octofold::report::{Answer, Report, ShapeMeasures};
+use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Run};
 use std::io::Write;
 use std::sync::Arc;
@@ -42,6 +43,8 @@ pub struct Account {
     pub input: Option<ShapeMeasures>,
     /// Measures of what came out.
     pub output: Option<ShapeMeasures>,
+    /// What the surface method tells of its own work.
+    pub surface: Option<SurfaceAccount>,
 }
 
 impl Job {
@@ -64,7 +67,9 @@ impl Job {
         let opened = input.open()?;
         let (from, to) = (opened.kind(), output.kind());
         let kind = match pipeline::outcome(from, &steps) {
-            Err(error) if from != to => return Err(error).context(advice(from, to)),
+            Err(error @ StepError::Misfit { .. }) if from != to => {
+                return Err(error).context(advice(from, to));
+            }
             other => other?,
         };
         ensure!(
@@ -75,10 +80,10 @@ impl Job {
         );
         let shape = opened.read(&self.run)?;
         let input = self.measures(&shape)?;
-        let shape = pipeline::pipeline(shape, &steps, &self.run)?;
+        let Made { shape, surface } = pipeline::pipeline(shape, &steps, &self.run)?;
         let measures = self.measures(&shape)?;
         output.write(&shape, &self.run)?;
-        self.finish(Account { answer: None, steps, input, output: measures })?;
+        self.finish(Account { answer: None, steps, input, output: measures, surface })?;
         self.say_written(output, &shape);
         Ok(Outcome::Holds)
     }
@@ -125,7 +130,7 @@ impl Job {
         if !self.json {
             return Ok(());
         }
-        let Account { answer, steps, input, output } = account;
+        let Account { answer, steps, input, output, surface } = account;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: self.command,
@@ -136,6 +141,7 @@ impl Job {
             peak_memory: memory::peak(),
             input,
             output,
+            surface,
             findings,
         };
         self.answer(&serde_json::to_string_pretty(&report)?)

@@ -8,6 +8,7 @@ mod commands;
 mod files;
 mod job;
 mod memory;
+mod page;
 mod picture;
 mod terminal;
 

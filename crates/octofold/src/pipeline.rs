@@ -6,7 +6,7 @@
 use crate::histogram::Histogram;
 use crate::run::{Cancelled, Finding, Run};
 use crate::soup::Soup;
-use crate::surface::{self, SurfaceOptions, threshold};
+use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
 use crate::volume::{Volume, VolumeError};
 use crate::voxelize::{self, VoxelizeError, VoxelizeOptions};
 use std::sync::Arc;
@@ -128,6 +128,14 @@ pub enum StepError {
     /// No value splits the samples in two.
     #[error("{0}: there is no surface; name an iso value if one is meant")]
     Even(String),
+    /// A surface method cannot do what its options ask for.
+    #[error("method {method} does not take the option {option}: method mc does")]
+    Unfit {
+        /// The method's name.
+        method: &'static str,
+        /// The option's name.
+        option: &'static str,
+    },
     /// The mesh could not be voxelized.
     #[error(transparent)]
     Voxelize(#[from] VoxelizeError),
@@ -143,6 +151,11 @@ pub enum StepError {
 pub fn outcome(kind: Kind, steps: &[Step]) -> Result<Kind, StepError> {
     steps.iter().enumerate().try_fold(kind, |gets, (i, step)| {
         let (number, name, takes) = (i + 1, step.name(), step.takes());
+        if let Step::Surface(options) = step
+            && let Some(option) = options.unfit()
+        {
+            return Err(StepError::Unfit { method: options.method.name(), option });
+        }
         if takes == gets {
             Ok(step.gives())
         } else {
@@ -151,10 +164,20 @@ pub fn outcome(kind: Kind, steps: &[Step]) -> Result<Kind, StepError> {
     })
 }
 
+/// What steps made.
+#[derive(Clone)]
+pub struct Made {
+    /// The shape.
+    pub shape: Shape,
+    /// What the method of the last surface step tells of its own work.
+    pub surface: Option<SurfaceAccount>,
+}
+
 /// Runs `steps` one after the other. Whether they fit together is checked before any work.
-pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Shape, StepError> {
+pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepError> {
     outcome(shape.kind(), steps)?;
     let mut shape = shape;
+    let mut account = None;
     for step in steps {
         run.check()?;
         shape = match (step, shape) {
@@ -174,7 +197,9 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Shape, StepEr
             }
             (Step::Surface(options), Shape::Volume(volume)) => {
                 let options = with_iso(volume.as_ref(), options, run)?;
-                let mesh = surface::surface(volume.as_ref(), &options, run)?;
+                let surface::Surface { mesh, account: told } =
+                    surface::surface(volume.as_ref(), &options, run)?;
+                account = told;
                 if mesh.triangles.is_empty() {
                     run.finding(empty_surface(&options));
                 }
@@ -183,7 +208,7 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Shape, StepEr
             (_, unfit) => unfit,
         };
     }
-    Ok(shape)
+    Ok(Made { shape, surface: account })
 }
 
 fn empty_surface(options: &SurfaceOptions) -> Finding {
@@ -256,6 +281,28 @@ mod tests {
     }
 
     #[test]
+    fn options_that_do_not_fit_the_method_are_named() {
+        let method = surface::Method::Tel;
+        let step = [Step::Surface(SurfaceOptions { method, open: true, ..Default::default() })];
+        let error = outcome(Kind::Volume, &step).unwrap_err().to_string();
+        assert_eq!(error, "method tel does not take the option open: method mc does");
+    }
+
+    #[test]
+    fn accounts_come_with_the_shape() {
+        let mask = crate::samples::Sample::PartA.voxels(16).unwrap();
+        for method in surface::Method::ALL {
+            let step = [Step::Surface(SurfaceOptions { method, ..Default::default() })];
+            let volume = Shape::Volume(Arc::new(mask));
+            let made = pipeline(volume, &step, &Run::default()).unwrap();
+            match made.surface.map(|account| serde_json::to_value(account).unwrap()) {
+                Some(account) => assert_eq!(account["method"], method.name()),
+                None => assert_eq!(method, surface::Method::Cubes),
+            }
+        }
+    }
+
+    #[test]
     fn steps_are_plain_data() {
         let steps = vec![
             Step::Triangulate,
@@ -274,7 +321,7 @@ mod tests {
     #[test]
     fn the_empty_list_changes_nothing() {
         let soup = Soup::default();
-        match pipeline(soup.clone().into(), &[], &Run::default()).unwrap() {
+        match pipeline(soup.clone().into(), &[], &Run::default()).unwrap().shape {
             Shape::Soup(same) => assert_eq!(same, soup),
             Shape::Volume(_) => panic!("a soup became a volume"),
         }

@@ -6,6 +6,7 @@ use crate::histogram::Histogram;
 use crate::measure::{self, Comparison, Measures, Weld};
 use crate::pipeline::{Kind, Shape, Step};
 use crate::run::{Finding, Run};
+use crate::surface::SurfaceAccount;
 use crate::volume::{Placement, Region, ScalarType, Volume, VolumeError};
 use serde::Serialize;
 
@@ -34,6 +35,8 @@ pub struct Report {
     pub input: Option<ShapeMeasures>,
     /// Measures of what came out.
     pub output: Option<ShapeMeasures>,
+    /// What the surface method tells of its own work: octants, rejections, open edges.
+    pub surface: Option<SurfaceAccount>,
     /// Odd things that did not stop the work.
     pub findings: Vec<Finding>,
 }

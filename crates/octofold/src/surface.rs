@@ -1,41 +1,72 @@
 //! Volumes into meshes.
 
+pub mod account;
+mod adaptive;
 pub mod cell;
-pub mod certified;
+mod certified;
 pub mod cubes;
+mod descent;
+mod digital;
 pub mod labels;
+mod prism;
+mod seam;
 mod slab;
+mod tel;
 pub mod threshold;
 
 use crate::mesh::Mesh;
 use crate::run::Run;
 use crate::volume::{Volume, VolumeError};
+pub use account::{OctreeAccount, Rejection, SurfaceAccount, Tally};
+pub use adaptive::adaptive_cubes;
+pub use certified::{Certificate, CertifiedOptions, LEAST_TOLERANCE, certified};
 pub use cubes::{CubesOptions, Inside, marching_cubes};
 pub use labels::{LabelMesh, label_meshes};
+pub use tel::tel;
 
 /// The ways to turn a volume into a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub enum Method {
-    /// Marching cubes with a consistent face rule: every mixed cell gets its patch.
+    /// Certified TEL: few triangles, proved closed, manifold, free of self-intersection and within
+    /// a tolerance of marching cubes.
     #[default]
+    #[serde(rename = "ctel")]
+    Certified,
+    /// Marching cubes with a consistent face rule: every mixed cell gets its patch.
     #[serde(rename = "mc")]
     Cubes,
+    /// Octants of any size carry one patch of marching cubes each, where that is near enough: the
+    /// method that TEL was compared with.
+    #[serde(rename = "amc")]
+    Adaptive,
+    /// TEL as published in 1997: octants carry polygons over their loops. A historical method,
+    /// kept to be compared with; it guarantees nothing.
+    #[serde(rename = "tel")]
+    Tel,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 1] = [Self::Cubes];
+    pub const ALL: [Self; 4] = [Self::Certified, Self::Cubes, Self::Adaptive, Self::Tel];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Certified => "ctel",
             Self::Cubes => "mc",
+            Self::Adaptive => "amc",
+            Self::Tel => "tel",
         }
+    }
+
+    /// Whether it can leave the surface open at the volume's border, and mesh labels.
+    pub fn is_general(self) -> bool {
+        matches!(self, Self::Certified | Self::Cubes)
     }
 }
 
 /// How a volume becomes a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SurfaceOptions {
     /// The method.
@@ -50,24 +81,93 @@ pub struct SurfaceOptions {
     pub open: bool,
     /// Add vertex normals.
     pub normals: bool,
+    /// With certified TEL, the largest distance from marching cubes, in samples.
+    pub tolerance: f64,
+    /// With certified TEL, collapse edges across octants.
+    pub collapse: bool,
 }
 
-/// Turns a volume into a mesh in world coordinates.
+impl Default for SurfaceOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            iso: None,
+            inside: Inside::default(),
+            labels: false,
+            open: false,
+            normals: false,
+            tolerance: 1.0,
+            collapse: true,
+        }
+    }
+}
+
+impl SurfaceOptions {
+    /// What is asked for that the method cannot do, by the name of the option.
+    pub fn unfit(&self) -> Option<&'static str> {
+        let asked = [(self.open, "open"), (self.labels, "labels")];
+        let first = asked.into_iter().find(|(is_asked, _)| *is_asked);
+        first.filter(|_| !self.method.is_general()).map(|(_, name)| name)
+    }
+}
+
+/// A mesh, and what its method tells of its own work.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Surface {
+    /// The mesh in world coordinates.
+    pub mesh: Mesh,
+    /// The account, from methods that have something to tell.
+    pub account: Option<SurfaceAccount>,
+}
+
+/// Turns a volume into a mesh. Options that do not fit the method ([`SurfaceOptions::unfit`]) are
+/// not used.
 pub fn surface(
     volume: &dyn Volume,
     options: &SurfaceOptions,
     run: &Run,
-) -> Result<Mesh, VolumeError> {
+) -> Result<Surface, VolumeError> {
     let SurfaceOptions { method, iso, inside, open, .. } = *options;
-    let mut mesh = match method {
-        Method::Cubes if options.labels => labels::merge(label_meshes(volume, run)?, volume)?,
-        Method::Cubes => {
-            let iso = iso.unwrap_or(0.5);
-            marching_cubes(volume, &CubesOptions { iso, inside, open }, run)?
+    let cubes = CubesOptions { iso: iso.unwrap_or(0.5), inside, open };
+    let (mut mesh, account) = match method {
+        Method::Certified | Method::Cubes if options.labels => {
+            (labels::merge(label_meshes(volume, run)?, volume)?, None)
+        }
+        Method::Certified => {
+            let SurfaceOptions { tolerance, collapse, .. } = *options;
+            let options = CertifiedOptions { surface: cubes, tolerance, collapse };
+            let (mesh, certificate) = certified(volume, &options, run)?;
+            (mesh, Some(SurfaceAccount::Certified(certificate)))
+        }
+        Method::Cubes => (marching_cubes(volume, &cubes, run)?, None),
+        Method::Adaptive => {
+            let (mesh, account) = adaptive_cubes(volume, &cubes, run)?;
+            (mesh, Some(SurfaceAccount::Adaptive(account)))
+        }
+        Method::Tel => {
+            let (mesh, account) = tel(volume, &cubes, run)?;
+            (mesh, Some(SurfaceAccount::Tel(account)))
         }
     };
     if options.normals {
         mesh.attributes.point_normals = Some(mesh.area_weighted_normals());
     }
-    Ok(mesh)
+    Ok(Surface { mesh, account })
+}
+
+/// Random samples in 0..=1 for tests: blocks of `smooth` samples a side share a value.
+#[cfg(test)]
+fn noise(dims: [usize; 3], seed: u64, smooth: u64) -> crate::volume::DenseVolume<u8> {
+    let sample = |i: usize| {
+        let at = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]];
+        let block = at.iter().fold(seed, |h, &x| {
+            (h ^ (x as u64 / smooth)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+        });
+        (block >> 40 & 1) as u8
+    };
+    let samples = (0..dims.iter().product()).map(sample).collect();
+    let mut volume =
+        crate::volume::DenseVolume::new(dims, samples, crate::Placement::default()).unwrap();
+    volume.binary = true;
+    volume
 }

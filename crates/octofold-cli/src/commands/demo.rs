@@ -5,7 +5,7 @@
 
 mod page;
 
-use crate::files::{Output, ReadingArgs};
+use crate::files::{self, Output, ReadingArgs};
 use crate::job::{Account, Job, Outcome};
 use crate::picture;
 use anyhow::{Context, Result};
@@ -39,7 +39,7 @@ impl Args {
         let stage = Stage { folder, job };
         let scenes = [stage.scan()?, stage.product()?, stage.gray()?, stage.labels()?];
         let index = stage.folder.join("index.html");
-        std::fs::write(&index, page::html(&scenes)).with_context(|| index.display().to_string())?;
+        files::write(&index, page::html(&scenes).as_bytes())?;
         job.finish(Account::default())?;
         let seconds = job.terminal.seconds();
         job.terminal.say(&format!("{}: open it in a browser, {seconds:.2} s", index.display()));
@@ -136,7 +136,7 @@ impl Stage<'_> {
     fn arrow(&self, from: &str, step: Step, to: &str) -> Result<Panel> {
         let input = ReadingArgs::default().of(&self.folder.join(from))?;
         let shape = input.open()?.read(&self.job.run)?;
-        self.written(to, &pipeline(shape, &[step], &self.job.run)?)
+        self.written(to, &pipeline(shape, &[step], &self.job.run)?.shape)
     }
 
     /// Writes `shape`, reads it again, measures and draws it.

@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser;
 use octofold::Step;
-use octofold::surface::{Inside, Method, SurfaceOptions};
+use octofold::surface::{Inside, LEAST_TOLERANCE, Method, SurfaceOptions};
 
 /// As typed.
 #[derive(Debug, clap::Args)]
@@ -16,9 +16,18 @@ pub struct Args {
     input: InputArgs,
     #[command(flatten)]
     output: OutputArgs,
-    /// How the surface is made: mc, marching cubes
+    /// How the surface is made: ctel, certified TEL, few triangles within a tolerance of marching
+    /// cubes; mc, marching cubes; amc, adaptive marching cubes; tel, the method of Nishio et al.
+    /// 1997 as published. amc and tel are for comparison: edges may stay open
     #[arg(long, default_value = Method::default().name(), value_parser = methods())]
     method: Method,
+    /// With ctel, the largest distance between the mesh and the surface of marching cubes, in
+    /// samples [default: 1]
+    #[arg(long, value_name = "T", conflicts_with = "labels")]
+    tolerance: Option<f64>,
+    /// With ctel, keep the patches of the octants as they are: more triangles, sooner
+    #[arg(long, conflicts_with = "labels")]
+    no_collapse: bool,
     /// Value at which the surface runs [default: 0.5 for binary volumes, else Otsu's threshold,
     /// which is told]
     #[arg(long, value_name = "V", conflicts_with = "labels", allow_negative_numbers = true)]
@@ -38,12 +47,14 @@ pub struct Args {
 }
 
 const AFTER_HELP: &str = "\
-The mesh lies where the volume's file says, in its unit. It is closed and manifold for any input,
-unless --open leaves it open at the border.
+The mesh lies where the volume's file says, in its unit. With ctel and mc it is closed and manifold
+for any input, unless --open leaves it open at the border; with ctel no two triangles meet. With
+--json the report tells under `surface` what is proved of the mesh, or how amc and tel divided the
+volume and what they left open. `octofold check MESH --within VOLUME` proves the distance again.
 
 Examples:
   octofold surface brain.nii.gz brain.glb
-  octofold surface ct.nrrd bone.ply --iso 300 --normals
+  octofold surface ct.nrrd bone.ply --iso 300 --tolerance 0.5
   octofold surface atlas.nii.gz parts.glb --labels
   octofold surface bonsai.raw bonsai.stl --dims 256x256x256 --dtype u8";
 
@@ -58,6 +69,15 @@ impl Args {
     /// Validates and finds the surface.
     pub fn run(self, job: &Job) -> Result<Outcome> {
         ensure!(self.iso.is_none_or(f64::is_finite), "--iso must be a finite number");
+        let tolerance = self.tolerance.unwrap_or(1.0);
+        ensure!(
+            tolerance.is_finite() && tolerance >= LEAST_TOLERANCE,
+            "--tolerance must be at least {LEAST_TOLERANCE}; take --method mc for the surface itself"
+        );
+        ensure!(
+            self.method == Method::Certified || (self.tolerance.is_none() && !self.no_collapse),
+            "--tolerance and --no-collapse go with --method ctel"
+        );
         let options = SurfaceOptions {
             method: self.method,
             iso: self.iso,
@@ -65,6 +85,8 @@ impl Args {
             labels: self.labels,
             open: self.open,
             normals: self.normals,
+            tolerance,
+            collapse: !self.no_collapse,
         };
         let (input, output) = (self.input.check()?, self.output.check()?);
         job.convert(&input, vec![Step::Surface(options)], &output)

@@ -65,6 +65,35 @@ pub fn faces_of_edge(e: usize) -> u8 {
     faces
 }
 
+/// One closed loop of a mask.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ring {
+    /// The crossed edges, outside on the left seen from outside the cell.
+    pub edges: Vec<u8>,
+    /// For each crossed edge, the face on which the loop runs on from it.
+    pub faces: Vec<u8>,
+    /// The loop's triangles, as in [`PATCHES`], by places in `edges`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The loops of every mask.
+pub static RINGS: LazyLock<[Vec<Ring>; 256]> =
+    LazyLock::new(|| std::array::from_fn(|mask| loops(mask).into_iter().map(Ring::new).collect()));
+
+impl Ring {
+    fn new(edges: Vec<u8>) -> Self {
+        let place = |e: u8| edges.iter().take_while(|&&other| other != e).count() as u32;
+        let triangles = triangulate(&edges).iter().map(|t| t.map(place)).collect();
+        let faces = (0..edges.len())
+            .map(|i| {
+                let [a, b] = [edges[i], edges[(i + 1) % edges.len()]].map(usize::from);
+                (faces_of_edge(a) & faces_of_edge(b)).trailing_zeros() as u8
+            })
+            .collect();
+        Self { edges, faces, triangles }
+    }
+}
+
 /// The triangles of one mask, as triples of edge numbers.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Patch {

@@ -205,9 +205,7 @@ fn farthest(tube: &Tube, tiling: &Tiling, run: &Run) -> Result<f64, Cancelled> {
     let parts = par::blocks(run, tiling.tiles.len(), 256, |range| {
         let mut most = 0.0f64;
         for tile in &tiling.tiles[range] {
-            let Some(face) = Face::new(tile.corners.map(|p| tiling.points[p as usize])) else {
-                continue;
-            };
+            let face = Face::new(tile.corners.map(|p| tiling.points[p as usize]));
             let mut see = |p: DVec3| most = most.max(face.distance_squared(p));
             for piece in &tile.pieces {
                 if piece.is_part() {
@@ -251,3 +249,178 @@ fn join(tube: &Tube, leaves: Vec<Leaf>, volume: f64) -> Tiling {
 }
 
 const _: () = assert!(SLAB.is_multiple_of(BRICK as usize));
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::{Weld, compare, measure};
+    use crate::samples::Sample;
+    use crate::surface::{Inside, marching_cubes, noise};
+    use crate::volume::{DenseVolume, Placement};
+    use proptest::prelude::*;
+
+    const BINARY: CubesOptions = CubesOptions { iso: 0.5, inside: Inside::Above, open: false };
+
+    fn options(surface: CubesOptions, tolerance: f64) -> CertifiedOptions {
+        CertifiedOptions { surface, tolerance, collapse: true }
+    }
+
+    /// A built-in shape as a mask in unit voxels.
+    fn dense(sample: Sample, resolution: usize) -> DenseVolume<u8> {
+        let field = sample.field().unwrap();
+        let at = |i: usize| (i as f64 + 0.5) / resolution as f64;
+        let inside = |i: usize| {
+            let [x, y, z] = [i, i / resolution, i / resolution / resolution];
+            u8::from(field([x % resolution, y % resolution, z].map(at)) < 0.0)
+        };
+        let samples = (0..resolution.pow(3)).map(inside).collect();
+        let mut volume = DenseVolume::new([resolution; 3], samples, Placement::default()).unwrap();
+        volume.binary = true;
+        volume
+    }
+
+    /// Everything that is guaranteed, checked by other means than those that made it.
+    fn assert_certified(volume: &dyn Volume, options: &CertifiedOptions) -> Certificate {
+        let run = Run::default();
+        let (mesh, certificate) = certified(volume, options, &run).unwrap();
+        let reference = marching_cubes(volume, &options.surface, &run).unwrap();
+        let found = measure(&mesh, Weld::Off, &run).unwrap();
+        let expected = measure(&reference, Weld::Off, &run).unwrap();
+        assert_eq!(found.self_intersections, 0);
+        assert_eq!(found.zero_area_triangles, 0);
+        assert!(found.manifold || mesh.triangles.is_empty());
+        assert!(found.oriented || mesh.triangles.is_empty());
+        assert_eq!(found.closed, expected.closed);
+        assert_eq!(
+            (found.euler, found.components),
+            (expected.euler, expected.components),
+            "{} {}",
+            found.boundary_edges,
+            expected.boundary_edges
+        );
+        assert_eq!((certificate.euler, certificate.components), (found.euler, found.components));
+        let near = compare(&mesh, &reference, 4000, &run).unwrap();
+        let slack = 2e-3;
+        if let Some(most) = near.hausdorff {
+            assert!(most <= options.tolerance + slack, "{most}");
+            let back = near.b_to_a.unwrap().max;
+            assert!(back <= certificate.reference_to_mesh + slack, "{back} {certificate:?}");
+            assert!(certificate.reference_to_mesh <= options.tolerance);
+        }
+        if let (Some(volume), Some(expected)) = (certificate.reference_volume, expected.volume) {
+            // Vertices of the reference lie on multiples of 1/1024.
+            let slack = 1e-3 * expected.abs().max(certificate.reference_area) + 1e-6;
+            assert!((volume - expected).abs() < slack, "{volume} {expected}");
+        }
+        certificate
+    }
+
+    #[test]
+    fn every_pair_of_cells_is_certified() {
+        for mask in 0..1u32 << 12 {
+            let samples = (0..12).map(|i| (mask >> i & 1) as u8).collect();
+            let mut volume = DenseVolume::new([3, 2, 2], samples, Placement::default()).unwrap();
+            volume.binary = true;
+            // A slice of all pairs; the sweep takes them all.
+            if std::env::var_os("OCTOFOLD_SWEEP").is_some() || mask % 16 == 5 {
+                assert_certified(&volume, &options(BINARY, 1.0));
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(crate::sweep::cases(20))]
+
+        #[test]
+        fn blocks_of_three_are_certified(mask in 0u32..1 << 27) {
+            let samples = (0..27).map(|i| (mask >> i & 1) as u8).collect();
+            let mut volume = DenseVolume::new([3; 3], samples, Placement::default()).unwrap();
+            volume.binary = true;
+            assert_certified(&volume, &options(BINARY, 1.0));
+        }
+
+        #[test]
+        fn random_volumes_are_certified(
+            dims in (1usize..28, 1usize..20, 1usize..28),
+            seed in any::<u64>(),
+            smooth in 1u64..7,
+            open in any::<bool>(),
+            tolerance in prop::sample::select(vec![0.5, 0.75, 1.0, 1.5, 2.0]),
+        ) {
+            let volume = noise([dims.0, dims.1, dims.2], seed, smooth);
+            assert_certified(&volume, &options(CubesOptions { open, ..BINARY }, tolerance));
+        }
+
+        #[test]
+        fn gray_volumes_are_certified(
+            dims in (2usize..24, 2usize..16, 2usize..24),
+            waves in prop::array::uniform3(prop::array::uniform3(0.0f64..0.9)),
+            iso in -0.8f64..0.8,
+            open in any::<bool>(),
+            below in any::<bool>(),
+        ) {
+            let (x, y, z) = dims;
+            let samples = (0..x * y * z).map(|i| {
+                let at = [i % x, i / x % y, i / x / y].map(|v| v as f64);
+                waves.iter().map(|w| (0..3).map(|a| w[a] * at[a]).sum::<f64>().sin()).sum::<f64>()
+                    as f32 / 3.0
+            }).collect();
+            let volume = DenseVolume::new([x, y, z], samples, Placement::default()).unwrap();
+            let inside = if below { Inside::Below } else { Inside::Above };
+            assert_certified(&volume, &options(CubesOptions { iso, inside, open }, 1.0));
+        }
+
+    }
+
+    proptest! {
+        #![proptest_config(crate::sweep::cases(3))]
+
+        #[test]
+        fn threads_and_slabs_change_nothing_and_small_boxes_no_promise(seed in any::<u64>()) {
+            let volume = noise([40, 20, 70], seed, 9);
+            let options = options(BINARY, 1.0);
+            let run = Run::default();
+            let expected = certified(&volume, &options, &run).unwrap();
+            for threads in [1, 2, 3, 8] {
+                let found = par::with_threads(threads, || certified(&volume, &options, &run));
+                prop_assert_eq!(&found.unwrap(), &expected);
+            }
+            for slab in [8, 48, 256] {
+                prop_assert_eq!(&in_parts(&volume, &options, slab, BOX, &run).unwrap(), &expected);
+            }
+            let (mesh, _) = in_parts(&volume, &options, SLAB, 8, &run).unwrap();
+            let found = measure(&mesh, Weld::Off, &run).unwrap();
+            prop_assert!(found.closed && found.manifold && found.self_intersections == 0);
+            let reference = marching_cubes(&volume, &BINARY, &run).unwrap();
+            prop_assert_eq!(found.euler, measure(&reference, Weld::Off, &run).unwrap().euler);
+            let near = compare(&mesh, &reference, 4000, &run).unwrap();
+            prop_assert!(near.hausdorff.unwrap() <= 1.001);
+        }
+    }
+
+    #[test]
+    fn built_in_shapes_are_certified_with_few_triangles() {
+        for (sample, share) in [
+            (Sample::PartA, 0.003),
+            (Sample::PartE, 0.003),
+            (Sample::Sphere, 0.012),
+            (Sample::Kettle, 0.02),
+            (Sample::TapeCutter, 0.01),
+            (Sample::Torus, 0.02),
+        ] {
+            let volume = dense(sample, 96);
+            let found = assert_certified(&volume, &options(BINARY, 1.0));
+            let run = Run::default();
+            let (mesh, _) = certified(&volume, &options(BINARY, 1.0), &run).unwrap();
+            let most = share * found.reference_triangles as f64;
+            assert!(
+                (mesh.triangles.len() as f64) < most,
+                "{} {}",
+                sample.name(),
+                mesh.triangles.len()
+            );
+            let [volume, reference] = [found.volume, found.reference_volume].map(Option::unwrap);
+            assert!((volume / reference - 1.0).abs() < 0.004, "{} {volume}", sample.name());
+        }
+    }
+}

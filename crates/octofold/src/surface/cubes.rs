@@ -22,7 +22,7 @@ use crate::run::Run;
 use crate::volume::{Volume, VolumeError};
 
 /// Layers of cells in one unit of work.
-const SLAB: usize = 32;
+pub(super) const SLAB: usize = 32;
 
 /// Bytes of bits that the first pass keeps for the second; slabs beyond are read again. Shares,
 /// four bytes for each vertex, come on top.
@@ -230,7 +230,7 @@ impl March<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::{DenseVolume, Placement, Region, Scalar};
+    use crate::volume::{DenseVolume, Placement, Region};
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 

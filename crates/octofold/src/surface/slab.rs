@@ -13,6 +13,13 @@ use std::ops::Range;
 /// Least distance of a vertex from the ends of its edge, as a share of the edge.
 pub(super) const MARGIN: f64 = 1.0 / 1024.0;
 
+/// Where the isosurface cuts an edge between two samples, as a share of the edge from the first.
+pub(super) fn share(iso: f64, from: f64, to: f64) -> f64 {
+    let share = (iso - from) / (to - from);
+    // Not a number where a sample is not one.
+    if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) }
+}
+
 /// The lattice of samples with its optional ring of outside samples.
 pub(super) struct Frame<'a> {
     options: &'a CubesOptions,
@@ -111,13 +118,9 @@ impl<'a> Frame<'a> {
         self.new_slab(layers, bits)
     }
 
-    /// Where the isosurface cuts an edge between two values, as a share from the first; in the
-    /// middle where one of them lies in the ring.
+    /// [`share`] of values of which one may lie in the ring: there, in the middle.
     fn share(&self, low: Option<f64>, high: Option<f64>) -> f64 {
-        let (Some(a), Some(b)) = (low, high) else { return 0.5 };
-        let share = (self.options.iso - a) / (b - a);
-        // Not a number where a sample is not one.
-        if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) }
+        low.zip(high).map_or(0.5, |(a, b)| share(self.options.iso, a, b))
     }
 
     fn new_slab(&self, layers: Range<usize>, bits: Vec<u64>) -> Slab {

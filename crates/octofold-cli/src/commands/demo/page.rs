@@ -1,6 +1,6 @@
-//! The page of the demo: pictures, measures and the commands that make them. It needs no network
-//! and no script.
+//! The page of the demo: pictures, measures and the commands that make them.
 
+use crate::page::{self, escape};
 use serde_json::{Map, Value};
 use std::fmt::Write;
 
@@ -29,37 +29,15 @@ pub struct Panel {
 /// The whole page.
 pub fn html(scenes: &[Scene]) -> String {
     let body: String = scenes.iter().map(scene).collect();
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>Octofold demo</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
-         <h1>Octofold</h1>\n<p>Turns a 3D shape from any form into any other useful form, through \
-         the octree. Each row below starts from a built-in shape; all files lie beside this page, \
-         measured and drawn as read back from disk.</p>\n{body}\
-         <footer>octofold {}</footer>\n</main>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION")
+    page::document(
+        "Octofold demo",
+        &format!(
+            "<h1>Octofold</h1>\n<p>Turns a 3D shape from any form into any other useful form, \
+             through the octree. Each row below starts from a built-in shape; all files lie beside \
+             this page, measured and drawn as read back from disk.</p>\n{body}"
+        ),
     )
 }
-
-const STYLE: &str = "\
-:root { color-scheme: light dark; --line: #8884; --soft: #8881; }
-body { margin: 0; font: 16px/1.5 system-ui, sans-serif; }
-main { max-width: 72rem; margin: 0 auto; padding: 2rem 1.25rem 4rem; }
-h1 { font-size: 2.25rem; margin: 0 0 .5rem; }
-h2 { font-size: 1.35rem; margin: 3rem 0 .25rem; }
-p { max-width: 44rem; margin: .25rem 0 1rem; }
-.panels { display: grid; grid-auto-flow: column; grid-auto-columns: 1fr; gap: 1rem; }
-figure { margin: 0; }
-figure img { width: 100%; display: block; border: 1px solid var(--line); border-radius: 8px; }
-figcaption { margin-top: .4rem; font-family: ui-monospace, monospace; font-size: .875rem; }
-table { border-collapse: collapse; margin: 1rem 0; font-size: .875rem; width: 100%; }
-th, td { text-align: left; padding: .25rem .75rem .25rem 0; border-bottom: 1px solid var(--line); }
-td { font-variant-numeric: tabular-nums; }
-th { font-weight: 500; }
-pre { background: var(--soft); padding: .75rem 1rem; border-radius: 8px; overflow-x: auto; }
-footer { margin-top: 4rem; opacity: .6; }
-@media (max-width: 44rem) { .panels { grid-auto-flow: row; } }
-";
 
 /// Measures that the tables show, in their order.
 const ROWS: [&str; 16] = [
@@ -139,10 +117,6 @@ fn cell(value: Option<&Value>) -> String {
         },
         Some(Value::Object(_)) => "…".into(),
     }
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

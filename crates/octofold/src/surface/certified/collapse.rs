@@ -319,8 +319,7 @@ impl<'a> Patchwork<'a> {
         for &(_, others, t) in group {
             let tile = &tiling.tiles[t as usize];
             let corners = tile.corners.map(local);
-            // Every triangle was a face before.
-            let Some(face) = Face::new(corners.map(|c| at[c as usize].into())) else { continue };
+            let face = Face::new(corners.map(|c| at[c as usize].into()));
             let number = scraps.len() as u32;
             corners.iter().for_each(|&c| spots[c as usize].tiles.push(number));
             scraps.push(Scrap {
@@ -545,7 +544,7 @@ impl<'a> Patchwork<'a> {
         let mut faces = Vec::with_capacity(old.len());
         for (i, corners) in becomes.iter().enumerate() {
             if let Some(corners) = corners {
-                let face = Face::new(corners.map(|c| self.point(c)))?;
+                let face = Face::stout(corners.map(|c| self.point(c)))?;
                 let before = &self.scraps[old[i] as usize].face;
                 if face.normal.dot(before.normal) < TURN {
                     return None;

@@ -256,7 +256,7 @@ fn prove(
 ) -> Option<Vec<(Piece, u32)>> {
     let mut faces = Vec::with_capacity(triangles.len());
     for t in triangles {
-        faces.push(Face::new(t.map(|i| points[i as usize]))?);
+        faces.push(Face::stout(t.map(|i| points[i as usize]))?);
     }
     let mut pieces = Vec::with_capacity(surface.len());
     if !surface.iter().all(|&piece| tube.attach(piece, &faces, &mut pieces)) {

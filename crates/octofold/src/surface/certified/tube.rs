@@ -19,6 +19,9 @@ use glam::DVec3;
 /// Kept off all bounds, so that rounding cannot matter.
 const ROUNDING: f64 = 1e-6;
 
+/// Least height of a face that is made, in samples.
+const LEAST_HEIGHT: f64 = 1e-3;
+
 /// How often a face is cut in four to be proved near the surface.
 const CUTS: u32 = 1;
 
@@ -35,23 +38,25 @@ pub struct Face {
 }
 
 impl Face {
-    /// `None` where the corners lie nearly on one line.
-    pub fn new(corners: [DVec3; 3]) -> Option<Self> {
+    pub fn new(corners: [DVec3; 3]) -> Self {
         let [a, b, c] = corners;
-        let cross = (b - a).cross(c - a);
-        let longest = (b - a).length_squared().max((c - a).length_squared());
-        // Twice the area over the longest side is the height.
-        let height = cross.length() / longest.max((c - b).length_squared()).sqrt();
-        if height.is_nan() || height < 1e-3 {
-            return None;
-        }
-        let normal = cross.normalize();
+        let normal = (b - a).cross(c - a).normalize_or_zero();
         let side = |p: DVec3, q: DVec3| {
-            let out = (q - p).cross(normal).normalize();
+            let out = (q - p).cross(normal).normalize_or_zero();
             (out, out.dot(p))
         };
         let sides = [side(a, b), side(b, c), side(c, a)];
-        Some(Self { corners, normal, offset: normal.dot(a), sides })
+        Self { corners, normal, offset: normal.dot(a), sides }
+    }
+
+    /// A face to be made: `None` where the corners lie nearly on one line.
+    pub fn stout(corners: [DVec3; 3]) -> Option<Self> {
+        let [a, b, c] = corners;
+        let sides = [b - a, c - b, a - c].map(DVec3::length_squared);
+        let longest = sides[0].max(sides[1]).max(sides[2]);
+        // Twice the area over the longest side is the height.
+        let height = (b - a).cross(c - a).length() / longest.sqrt();
+        (height >= LEAST_HEIGHT).then(|| Self::new(corners))
     }
 
     /// Signed height of a point over the plane.

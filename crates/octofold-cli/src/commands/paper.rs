@@ -1,0 +1,31 @@
+//! `octofold paper`: the experiments of the papers, repeated beside their published figures.
+
+mod chart;
+mod nishio;
+mod table;
+
+use crate::job::{Job, Outcome};
+use anyhow::Result;
+
+/// As typed.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    paper: Paper,
+}
+
+/// The papers whose experiments can be repeated.
+#[derive(Debug, clap::Subcommand)]
+enum Paper {
+    /// Octree to boundary representation: Nishio, Kobori and Kutsuwa 1997, experiments 1 to 3
+    Nishio(nishio::Args),
+}
+
+impl Args {
+    /// Repeats the experiments of one paper.
+    pub fn run(self, job: &Job) -> Result<Outcome> {
+        match self.paper {
+            Paper::Nishio(args) => args.run(job),
+        }
+    }
+}
