@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 7] = ["attributes", "exact", "par", "radix", "run", "scan", "sweep"];
+const FREE: [&str; 8] = ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
 const TABLE: [(&str, &[&str]); 18] = [

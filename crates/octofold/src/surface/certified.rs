@@ -9,16 +9,18 @@
 //! - [`octant`]: the disc test and the loop of an octant. [`patch`]: polylines and triangles.
 //! - [`leaves`]: which octants carry a patch.
 //! - [`piece`], [`cover`], [`tube`]: both distances, proved.
-//! - [`collapse`]: fewer triangles, step by proved step, at even volume.
+//! - [`collapse`], [`patchwork`], [`bins`]: fewer triangles, step by proved step, at even volume.
 //!
 //! Source: the specification's A.8, A.9 and D.3, from Nishio, Kobori and Kutsuwa 1997.
 
+mod bins;
 mod cells;
 mod collapse;
 mod cover;
 mod leaves;
 mod octant;
 mod patch;
+mod patchwork;
 mod piece;
 mod tube;
 

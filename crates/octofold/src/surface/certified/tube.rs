@@ -13,7 +13,6 @@ use super::cover::cover;
 use super::piece::{Block, Piece, Pieces};
 use crate::exact;
 use crate::measure::intersect::meet_outside_shared;
-use crate::surface::cell::PATCHES;
 use glam::DVec3;
 
 /// Kept off all bounds, so that rounding cannot matter.
@@ -21,6 +20,9 @@ const ROUNDING: f64 = 1e-6;
 
 /// Least height of a face that is made, in samples.
 const LEAST_HEIGHT: f64 = 1e-3;
+
+/// Faces of at most this extent are tried against single triangles of the surface.
+const SMALL: f64 = 3.0;
 
 /// How often a face is cut in four to be proved near the surface.
 const CUTS: u32 = 1;
@@ -57,6 +59,12 @@ impl Face {
         // Twice the area over the longest side is the height.
         let height = (b - a).cross(c - a).length() / longest.sqrt();
         (height >= LEAST_HEIGHT).then(|| Self::new(corners))
+    }
+
+    /// Lowest and highest coordinates.
+    pub fn span(&self) -> [DVec3; 2] {
+        let [a, b, c] = self.corners;
+        [a.min(b).min(c), a.max(b).max(c)]
     }
 
     /// Signed height of a point over the plane.
@@ -301,6 +309,9 @@ impl<'a> Tube<'a> {
 
     fn holds_part(&self, corners: [DVec3; 3], normal: DVec3, cuts: u32) -> bool {
         let reach = self.reach();
+        if self.is_by_one(corners) {
+            return true;
+        }
         let mut leaning = None;
         let mut sided = |inside: bool| {
             let sign = if inside { -1.0 } else { 1.0 };
@@ -326,6 +337,25 @@ impl<'a> Tube<'a> {
         [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
             .iter()
             .all(|&part| self.holds_part(part, normal, cuts - 1))
+    }
+
+    /// Whether a small face lies whole within the tolerance of one triangle of the surface: the
+    /// quick way where the surface is rough.
+    fn is_by_one(&self, corners: [DVec3; 3]) -> bool {
+        let [a, b, c] = corners;
+        if (a.max(b).max(c) - a.min(b).min(c)).max_element() > SMALL {
+            return false;
+        }
+        let reach = self.reach();
+        [(a + b + c) / 3.0, a, b, c].into_iter().any(|p| {
+            let cell = self.cells.find(p.to_array().map(|x| x as u32));
+            cell.is_some_and(|cell| {
+                self.cells.triangles(cell).any(|surface| {
+                    let surface = Face::new(surface);
+                    corners.iter().all(|&p| surface.is_within(p, reach))
+                })
+            })
+        })
     }
 
     /// The direction out of the shape near `p`: away from the middle of the inside samples round
@@ -433,10 +463,20 @@ impl<'a> Tube<'a> {
 
     /// Whether a triangle meets the surface in a mixed cell.
     fn meets(&self, corners: [DVec3; 3], cell: u32) -> bool {
-        let corners = corners.map(|p| p.to_array());
-        PATCHES[self.cells.mask(cell)].triangles().iter().any(|t| {
-            let surface = t.map(|e| self.cells.crossing(cell, e.into()));
-            exact::triangles_meet(corners, surface)
+        // Whether the plane of a triangle has another one wholly on one side.
+        let clears = |[a, b, c]: [DVec3; 3], other: [DVec3; 3]| {
+            let normal = (b - a).cross(c - a);
+            let slack = ROUNDING * normal.length();
+            let heights = other.map(|p| normal.dot(p - a));
+            heights.iter().all(|&h| h > slack) || heights.iter().all(|&h| h < -slack)
+        };
+        self.cells.triangles(cell).any(|surface| {
+            !clears(corners, surface)
+                && !clears(surface, corners)
+                && exact::triangles_meet(
+                    corners.map(|p| p.to_array()),
+                    surface.map(|p| p.to_array()),
+                )
         })
     }
 
@@ -459,7 +499,8 @@ impl<'a> Tube<'a> {
         let corner: usize = (0..3).map(|axis| usize::from(normal[axis] * up > 0.0) << axis).sum();
         let q =
             DVec3::from_array(std::array::from_fn(|x| f64::from(at[x]) + (corner >> x & 1) as f64));
-        if normal.dot(q - on) * up <= ROUNDING {
+        // The surface keeps more than this from the plane.
+        if normal.dot(q - on) * up < -ROUNDING / 2.0 {
             return Side::Unknown;
         }
         Side::Known(self.cells.mask(cell) >> corner & 1 == 1)
