@@ -19,6 +19,16 @@ pub struct Args {
     /// How the surface is made: mc, marching cubes
     #[arg(long, default_value = Method::default().name(), value_parser = methods())]
     method: Method,
+    #[command(flatten)]
+    which: SurfaceArgs,
+    /// Add vertex normals
+    #[arg(long)]
+    normals: bool,
+}
+
+/// Which surface of a volume is meant, as typed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, clap::Args)]
+pub struct SurfaceArgs {
     /// Value at which the surface runs [default: 0.5 for binary volumes, else Otsu's threshold,
     /// which is told]
     #[arg(long, value_name = "V", conflicts_with = "labels", allow_negative_numbers = true)]
@@ -32,9 +42,6 @@ pub struct Args {
     /// Leave the surface open where it meets the border of the volume
     #[arg(long, conflicts_with = "labels")]
     open: bool,
-    /// Add vertex normals
-    #[arg(long)]
-    normals: bool,
 }
 
 const AFTER_HELP: &str = "\
@@ -54,18 +61,25 @@ fn methods() -> impl TypedValueParser<Value = Method> {
     })
 }
 
-impl Args {
-    /// Validates and finds the surface.
-    pub fn run(self, job: &Job) -> Result<Outcome> {
+impl SurfaceArgs {
+    /// The options that say which surface is meant, and none of those that say how it is made.
+    pub fn check(&self) -> Result<SurfaceOptions> {
         ensure!(self.iso.is_none_or(f64::is_finite), "--iso must be a finite number");
-        let options = SurfaceOptions {
-            method: self.method,
+        Ok(SurfaceOptions {
             iso: self.iso,
             inside: if self.below { Inside::Below } else { Inside::Above },
             labels: self.labels,
             open: self.open,
-            normals: self.normals,
-        };
+            ..SurfaceOptions::default()
+        })
+    }
+}
+
+impl Args {
+    /// Validates and finds the surface.
+    pub fn run(self, job: &Job) -> Result<Outcome> {
+        let options =
+            SurfaceOptions { method: self.method, normals: self.normals, ..self.which.check()? };
         let (input, output) = (self.input.check()?, self.output.check()?);
         job.convert(&input, vec![Step::Surface(options)], &output)
     }
