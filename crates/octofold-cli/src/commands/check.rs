@@ -205,7 +205,7 @@ fn claim(
         }
         Verdict::Refuted { place, distance, .. } => {
             // The first point found need not be the furthest.
-            let bounds = measure::hausdorff_bounds(mesh, reference, distance / 100.0, run)?;
+            let bounds = measure::hausdorff_bounds(mesh, reference, distance / 1000.0, run)?;
             let ends = bounds.map(|b| [b.a_to_b, b.b_to_a]);
             let furthest = ends.into_iter().flatten().max_by(|p, q| p.lower.total_cmp(&q.lower));
             let (found, place) = furthest.map_or((distance, place), |f| (f.lower, f.place));

@@ -9,7 +9,7 @@
 //! than allowed refutes. Source: specification of surfaces, A.9.
 //!
 //! Points are compared as given. Rounding is met by a margin: *proven* means no further apart than
-//! `distance` (1 + 10^-9) + 2^-44 c, where c is the largest coordinate of both meshes, and
+//! `distance` (1 + 10^-9) + 2^-40 c, where c is the largest coordinate of both meshes, and
 //! *refuted* means that a point further away than that was found.
 
 use super::nearest::{Face, Nearest};
@@ -24,13 +24,13 @@ use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Triangles in one unit of work.
-const BLOCK: usize = 64;
+const BLOCK: usize = 32;
 
 /// Share of the allowed distance that is put down to rounding.
 const MARGIN: f64 = 1e-9;
 
-/// Share of the largest coordinate that is put down to rounding: 2^-44.
-const GRAIN: f64 = 1.0 / (1u64 << 44) as f64;
+/// Share of the largest coordinate that is put down to rounding: 2^-40.
+const GRAIN: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// A piece whose radius is this share of the limit is fine: it is only reached where the distance
 /// comes as near to the limit as that.
@@ -343,11 +343,12 @@ impl<'a> Cover<'a> {
         self.settle(run)
     }
 
-    /// Looks at what waits, up to the first point beyond what is allowed. Its piece stays, so that the search may go on with new limits.
+    /// Looks at what waits, up to the first point beyond what is allowed. Its piece stays, so that
+    /// the search may go on with new limits.
     fn settle(&mut self, run: &Run) -> Result<Option<Fault>, Cancelled> {
         while let Some(piece) = self.waiting.pop() {
             self.looked_at += 1;
-            if self.looked_at % STRIDE == 0 {
+            if self.looked_at.is_multiple_of(STRIDE) {
                 run.check()?;
             }
             let Ball { centre, radius } = piece.ball(&self.axes);
