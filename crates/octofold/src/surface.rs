@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::run::Run;
 use crate::volume::{Volume, VolumeError};
 pub use cubes::{CubesOptions, Inside, marching_cubes};
-pub use labels::{LabelMesh, label_meshes};
+pub use labels::{LabelComplex, LabelMesh, label_complex, label_meshes};
 
 /// The ways to turn a volume into a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]

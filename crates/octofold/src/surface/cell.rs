@@ -33,7 +33,7 @@ pub const fn edge_axis(e: usize) -> usize {
 }
 
 /// The edge along `axis` whose low corner is `corner` with bit `axis` cleared.
-const fn edge_at(corner: usize, axis: usize) -> usize {
+pub(super) const fn edge_at(corner: usize, axis: usize) -> usize {
     let (x, y, z) = (corner & 1, corner >> 1 & 1, corner >> 2 & 1);
     4 * axis
         + match axis {
@@ -44,7 +44,7 @@ const fn edge_at(corner: usize, axis: usize) -> usize {
 }
 
 /// The corners of face `f`, counter-clockwise seen from outside the cell.
-const fn face_corners(f: usize) -> [usize; 4] {
+pub(super) const fn face_corners(f: usize) -> [usize; 4] {
     let (axis, side) = (f / 2, f % 2);
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     let base = side << axis;
@@ -90,7 +90,10 @@ pub static PATCHES: LazyLock<[Patch; 256]> = LazyLock::new(|| std::array::from_f
 fn patch(mask: usize) -> Patch {
     let mut patch = Patch::default();
     for ring in loops(mask) {
-        for t in triangulate(&ring) {
+        let Some(triangles) = triangulate(&ring) else {
+            unreachable!("every loop of two labels can be cut; all 256 masks are tested")
+        };
+        for t in triangles {
             patch.triangles[patch.count as usize] = t;
             patch.count += 1;
         }
@@ -130,8 +133,8 @@ fn loops(mask: usize) -> Vec<Vec<u8>> {
 }
 
 /// Cuts a loop into triangles without a chord inside a face; of all such ways, the one with the
-/// shortest chords between edge middles.
-fn triangulate(ring: &[u8]) -> Vec<[u8; 3]> {
+/// shortest chords between edge middles. `None` where there is no such way.
+pub(super) fn triangulate(ring: &[u8]) -> Option<Vec<[u8; 3]>> {
     let chord = |i: usize, j: usize| -> Option<u32> {
         if j - i == 1 || j - i == ring.len() - 1 {
             return Some(0);
@@ -161,14 +164,12 @@ fn triangulate(ring: &[u8]) -> Vec<[u8; 3]> {
             })
             .min_by_key(|way| way.0)
     }
-    match best(0, ring.len() - 1, &chord) {
-        Some((_, triangles)) => triangles.iter().map(|t| t.map(|i| ring[i])).collect(),
-        None => unreachable!("every loop can be cut; all 256 masks are tested"),
-    }
+    let (_, triangles) = best(0, ring.len() - 1, &chord)?;
+    Some(triangles.iter().map(|t| t.map(|i| ring[i])).collect())
 }
 
 /// Middle of edge `e` in half cells.
-fn middle(e: usize) -> [u32; 3] {
+pub(super) fn middle(e: usize) -> [u32; 3] {
     let corner = edge_corner(e);
     std::array::from_fn(|a| if a == edge_axis(e) { 1 } else { 2 * (corner >> a & 1) as u32 })
 }
