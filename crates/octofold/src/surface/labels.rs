@@ -6,8 +6,8 @@
 //! inside; any other joins what it sees on its faces to a point inside. The cost is that of the samples and the walls,
 //! whatever the number of labels; for one label beside 0 the mesh is that of marching cubes.
 //!
-//! Slabs of layers are worked on alone: a slab numbers its own points, and those on its last layer
-//! as the first of the next slab, which they are.
+//! Slabs of layers are worked on alone, once to count and once to write: a slab numbers its own
+//! points, and those on its last layer as the first of the next slab, which they are.
 
 pub mod complex;
 mod crossings;
@@ -21,12 +21,30 @@ use crate::run::Run;
 use crate::volume::{Block, Region, Scalar, Volume, VolumeError};
 use crate::with_samples;
 pub use complex::{LabelComplex, LabelMesh};
-use crossings::Lattice;
+use crossings::{Crossings, Lattice};
 use std::borrow::Cow;
-use walls::Walls;
+use std::ops::Range;
+use walls::{Place, Slab};
 
 /// Layers of cells in one unit of work.
 const SLAB: usize = 32;
+
+/// Bytes of crossings that the first pass keeps for the second; slabs beyond are compared again.
+const KEPT_BYTES: usize = 512 << 20;
+
+/// Runs `$body` with `$slice` bound to the labels of a block.
+macro_rules! with_labels {
+    ($block:expr, $slice:ident => $body:expr) => {
+        match whole_numbers($block) {
+            Labels::U8($slice) => $body,
+            Labels::U16($slice) => $body,
+            Labels::U32(samples) => {
+                let $slice = samples.as_ref();
+                $body
+            }
+        }
+    };
+}
 
 /// Finds the walls between all labels. Outside the volume, and where a sample is not a whole number
 /// from 1 to 2^32 - 1, the label is 0.
@@ -37,23 +55,67 @@ pub fn label_complex(volume: &dyn Volume, run: &Run) -> Result<LabelComplex, Vol
     if [nx, ny, nz].contains(&0) {
         return Ok(complex);
     }
-    run.stage("march");
-    let slabs = par::blocks(run, nz + 1, SLAB, |layers| {
+    let dims = [nx, ny, nz];
+    let read = |layers: &Range<usize>| {
         // Lattice layer z lies over sample layer z - 1; the first and the last are the ring.
         let real = layers.start.saturating_sub(1)..layers.end.min(nz);
-        let block = volume.read(Region { start: [0, 0, real.start], end: [nx, ny, real.end] })?;
-        let (dims, first) = ([nx, ny, nz], real.start);
-        Ok(match whole_numbers(&block) {
-            Labels::U8(s) => Walls::of(&Lattice::new(dims, s, first), layers, &placement),
-            Labels::U16(s) => Walls::of(&Lattice::new(dims, s, first), layers, &placement),
-            Labels::U32(s) => Walls::of(&Lattice::new(dims, &s, first), layers, &placement),
-        })
+        let region = Region { start: [0, 0, real.start], end: [nx, ny, real.end] };
+        Ok::<_, VolumeError>((volume.read(region)?, real.start))
+    };
+    run.stage("count");
+    let kept = KEPT_BYTES / Crossings::bytes(dims, SLAB);
+    let slabs = par::blocks(run, nz + 1, SLAB, |layers| {
+        let (block, first) = read(&layers)?;
+        let keep = layers.start / SLAB < kept;
+        let slab = with_labels!(&block, s => {
+            let lattice = Lattice::new(dims, s, first);
+            Slab::of(&lattice, Crossings::of(&lattice, layers))
+        });
+        Ok((slab.points, slab.inner, slab.triangles, keep.then_some(slab.crossings)))
     })?;
     let slabs = slabs.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
-    run.check()?;
-    join(&mut complex, slabs, run)?;
+    let sum = |of: fn(&Counts) -> usize| slabs.iter().map(of).sum::<usize>();
+    let (outer, inner, triangles) = (sum(|s| s.0), sum(|s| s.1), sum(|s| s.2));
+    if outer + inner >= u32::MAX as usize {
+        return Err(VolumeError::TooManyPoints);
+    }
+    complex.first_inner = outer as u32;
+    // Zeroed memory is first touched by the thread that fills it.
+    complex.points = bytemuck::zeroed_vec(outer + inner);
+    complex.triangles = bytemuck::zeroed_vec(triangles);
+    complex.sides = bytemuck::zeroed_vec(triangles);
+    let (outer_points, inner_points) = complex.points.split_at_mut(outer);
+    let points = par::split(outer_points, slabs.iter().map(|s| s.0));
+    let inner = par::split(inner_points, slabs.iter().map(|s| s.1));
+    let triangles = par::split(&mut complex.triangles, slabs.iter().map(|s| s.2));
+    let sides = par::split(&mut complex.sides, slabs.iter().map(|s| s.2));
+    let mut next = [0, outer as u32];
+    let places = points.into_iter().zip(inner).zip(triangles.into_iter().zip(sides));
+    let tasks: Vec<_> = slabs
+        .into_iter()
+        .zip(places)
+        .map(|((own, inside, _, crossings), ((points, inner), (triangles, sides)))| {
+            let [start, inner_start] = next;
+            next = [start + own as u32, inner_start + inside as u32];
+            (crossings, Place { points, inner, triangles, sides, start, inner_start })
+        })
+        .collect();
+    run.stage("march");
+    par::consume(run, tasks, |number, (crossings, place)| {
+        let layers = number * SLAB..((number + 1) * SLAB).min(nz + 1);
+        let (block, first) = read(&layers)?;
+        with_labels!(&block, s => {
+            let lattice = Lattice::new(dims, s, first);
+            let crossings = crossings.unwrap_or_else(|| Crossings::of(&lattice, layers));
+            walls::write(&lattice, &crossings, &placement, place);
+        });
+        Ok::<(), VolumeError>(())
+    })?;
     Ok(complex)
 }
+
+/// Points on edges and faces, points inside cells, triangles, and what tells where they are.
+type Counts = (usize, usize, usize, Option<Crossings>);
 
 /// The closed surface of every label but 0, in order of their values.
 pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, VolumeError> {
@@ -132,46 +194,6 @@ fn label<T: Scalar>(sample: T) -> u32 {
     let value = sample.to_f64();
     let whole = value as u32;
     if f64::from(whole) == value { whole } else { 0 }
-}
-
-/// Puts the slabs behind one another.
-fn join(complex: &mut LabelComplex, slabs: Vec<Walls>, run: &Run) -> Result<(), VolumeError> {
-    let sum = |of: fn(&Walls) -> usize| slabs.iter().map(of).sum::<usize>();
-    let (outer, inner) = (sum(|w| w.points.len()), sum(|w| w.inner.len()));
-    let triangles = sum(|w| w.triangles.len());
-    if outer + inner >= u32::MAX as usize {
-        return Err(VolumeError::TooManyPoints);
-    }
-    complex.first_inner = outer as u32;
-    complex.points = bytemuck::zeroed_vec(outer + inner);
-    complex.triangles = bytemuck::zeroed_vec(triangles);
-    complex.sides = bytemuck::zeroed_vec(triangles);
-    let (outer_points, inner_points) = complex.points.split_at_mut(outer);
-    let mut starts = Vec::with_capacity(slabs.len());
-    let mut next = [0, outer as u32];
-    for slab in &slabs {
-        starts.push(next);
-        next = [next[0] + slab.points.len() as u32, next[1] + slab.inner.len() as u32];
-    }
-    let outer_points = par::split(outer_points, slabs.iter().map(|w| w.points.len()));
-    let inner_points = par::split(inner_points, slabs.iter().map(|w| w.inner.len()));
-    let triangles = par::split(&mut complex.triangles, slabs.iter().map(|w| w.triangles.len()));
-    let sides = par::split(&mut complex.sides, slabs.iter().map(|w| w.sides.len()));
-    let places = outer_points.into_iter().zip(inner_points).zip(triangles).zip(sides);
-    let tasks = slabs.into_iter().zip(starts).zip(places).collect();
-    par::consume(run, tasks, |_, ((slab, [start, inner_start]), place)| {
-        let (((points, inner), triangles), sides) = place;
-        points.copy_from_slice(&slab.points);
-        inner.copy_from_slice(&slab.inner);
-        sides.copy_from_slice(&slab.sides);
-        let first_inner = slab.first_inner;
-        let number =
-            |p: u32| if p < first_inner { start + p } else { inner_start + (p - first_inner) };
-        for (to, from) in triangles.iter_mut().zip(&slab.triangles) {
-            *to = from.map(number);
-        }
-        Ok::<(), VolumeError>(())
-    })
 }
 
 #[cfg(test)]

@@ -65,6 +65,8 @@ impl Grid {
 pub struct Crossings {
     /// Layers of cells.
     pub layers: Range<usize>,
+    /// The last lattice layer of all.
+    top: usize,
     /// Words in a row.
     pub words: usize,
     /// Lattice rows in a layer.
@@ -75,14 +77,40 @@ pub struct Crossings {
     pub faces: [Grid; 3],
 }
 
+/// Up to 64 cells of a row, a bit for each.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Cells {
+    /// Not all corners hold the same label.
+    pub mixed: u64,
+    /// The crossed edges do not go with two labels.
+    pub odd: u64,
+    /// Corners that an odd number of crossed edges parts from the first.
+    apart: [u64; 8],
+    /// Edges along x at low y and z, high y, high z, and both high.
+    pub on_x: [u64; 4],
+    /// Edges along y at low z and high z, each at low x and high x.
+    pub on_y: [[u64; 2]; 2],
+    /// Edges along z at low y and high y, each at low x and high x.
+    pub on_z: [[u64; 2]; 2],
+}
+
+impl Cells {
+    /// The corners of a cell that an odd number of crossed edges parts from the first.
+    #[inline]
+    pub fn mask(&self, bit: usize) -> usize {
+        (0..8).fold(0, |mask, c| mask | (self.apart[c] >> bit & 1) << c) as usize
+    }
+}
+
 impl Crossings {
     /// Compares the rows of some layers of cells.
     pub fn of<T: Scalar + Into<u32>>(lattice: &Lattice<'_, T>, layers: Range<usize>) -> Self {
-        let [nx, ny, _] = lattice.dims;
+        let [nx, ny, nz] = lattice.dims;
         let (words, rows) = (bits::words(nx + 2), ny + 2);
         let grid = |layers| Grid { words, rows, bits: vec![0; words * rows * layers] };
         let (between, on) = (layers.len(), layers.len() + 1);
         let mut all = Self {
+            top: nz + 1,
             words,
             rows,
             edges: [grid(on), grid(on), grid(between)],
@@ -110,6 +138,75 @@ impl Crossings {
         }
         all.find_junctions(lattice);
         all
+    }
+
+    /// Bytes for some layers of cells of a volume of `dims` samples.
+    pub fn bytes([nx, ny, _]: [usize; 3], layers: usize) -> usize {
+        6 * (layers + 1) * (ny + 2) * bits::words(nx + 2) * size_of::<u64>()
+    }
+
+    /// Whether the points on a lattice layer, the slab's first being 0, are the slab's own; those
+    /// on its last layer are the next slab's.
+    pub fn owns(&self, layer: usize) -> bool {
+        layer < self.layers.len() || self.layers.end == self.top
+    }
+
+    /// How many points there are on own edges and faces.
+    pub fn own_points(&self) -> usize {
+        let grids = self.edges.iter().chain(&self.faces);
+        grids
+            .map(|grid| {
+                let layers = grid.bits.chunks_exact(grid.words * grid.rows).enumerate();
+                let own = layers.filter(|(layer, _)| self.owns(*layer)).flat_map(|(_, bits)| bits);
+                own.map(|word| word.count_ones() as usize).sum::<usize>()
+            })
+            .sum()
+    }
+
+    /// Row and layer of every row of cells, the slab's first layer being 0.
+    pub fn rows_of_cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let rows = self.rows - 1;
+        (0..self.layers.len()).flat_map(move |layer| (0..rows).map(move |y| (y, layer)))
+    }
+
+    /// The samples of the four rows round a row of cells, in the order of the corners.
+    pub fn samples<'a, T: Scalar + Into<u32>>(
+        &self,
+        lattice: &'a Lattice<'_, T>,
+        y: usize,
+        layer: usize,
+    ) -> [&'a [T]; 4] {
+        let z = self.layers.start + layer;
+        [(y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)].map(|(y, z)| lattice.row(y, z))
+    }
+
+    /// The cells of word `w` of a row.
+    #[inline]
+    pub fn cells(&self, y: usize, layer: usize, w: usize) -> Cells {
+        let pair = |grid: &Grid, y: usize, layer: usize| {
+            let row = grid.row(y, layer);
+            [row[w], bits::next(row, w)]
+        };
+        let [x_edges, y_edges, z_edges] = &self.edges;
+        let on_x = [(y, layer), (y + 1, layer), (y, layer + 1), (y + 1, layer + 1)]
+            .map(|(y, layer)| x_edges.row(y, layer)[w]);
+        let on_y = [pair(y_edges, y, layer), pair(y_edges, y, layer + 1)];
+        let on_z = [pair(z_edges, y, layer), pair(z_edges, y + 1, layer)];
+        let crossed = on_x.iter().chain(on_y.as_flattened()).chain(on_z.as_flattened());
+        let mixed = crossed.fold(0, |all, word| all | word);
+        if mixed == 0 {
+            return Cells { mixed, ..Cells::default() };
+        }
+        // Along the edges of a tree that reaches every corner; the other five edges must agree.
+        let (c1, c2, c4) = (on_x[0], on_y[0][0], on_z[0][0]);
+        let (c3, c5, c6) = (c2 ^ on_x[1], c4 ^ on_x[2], c4 ^ on_y[1][0]);
+        let c7 = c6 ^ on_x[3];
+        let odd = (c1 ^ c3 ^ on_y[0][1])
+            | (c5 ^ c7 ^ on_y[1][1])
+            | (c1 ^ c5 ^ on_z[0][1])
+            | (c2 ^ c6 ^ on_z[1][0])
+            | (c3 ^ c7 ^ on_z[1][1]);
+        Cells { mixed, odd, apart: [0, c1, c2, c3, c4, c5, c6, c7], on_x, on_y, on_z }
     }
 
     /// Three crossed edges or more, and no label across a diagonal.
