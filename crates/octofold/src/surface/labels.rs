@@ -122,7 +122,7 @@ pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, Vo
     let complex = label_complex(volume, run)?;
     run.check()?;
     run.stage("shells");
-    Ok(complex.shells())
+    Ok(complex.shells(run)?)
 }
 
 /// Joins label meshes into one mesh whose faces carry their label; points are not shared between

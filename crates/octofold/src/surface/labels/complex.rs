@@ -6,7 +6,7 @@
 use crate::LengthUnit;
 use crate::mesh::Mesh;
 use crate::par;
-use rustc_hash::FxHashMap;
+use crate::run::{Cancelled, Run};
 
 /// The walls between the labels of a volume, and those between labels and the background, 0.
 ///
@@ -57,62 +57,100 @@ impl LabelComplex {
     pub fn shell(&self, label: u32) -> Mesh {
         let touches = |&t: &u32| self.sides[t as usize].contains(&label);
         let triangles: Vec<u32> = (0..self.sides.len() as u32).filter(touches).collect();
-        self.view(label, &triangles)
+        self.view(label, &triangles, &mut vec![UNNAMED; self.points.len()])
     }
 
     /// The surfaces of all labels but 0, in order. The work is that of the triangles, however many
     /// labels there are.
-    pub fn shells(&self) -> Vec<LabelMesh> {
+    pub fn shells(&self, run: &Run) -> Result<Vec<LabelMesh>, Cancelled> {
         let labels = self.labels();
-        let number = |label: u32| labels.binary_search(&label).ok();
-        let mut of_label = vec![Vec::new(); labels.len()];
+        let (starts, triangles) = self.by_label(&labels);
+        // Labels with about half as many triangles as there are points share their numbers.
+        let share = 1 + self.points.len() / 2;
+        let numbered: Vec<usize> = (0..labels.len()).collect();
+        let groups: Vec<_> =
+            numbered.chunk_by(|&i, &j| starts[i] / share == starts[j] / share).collect();
+        let parts = par::blocks(run, groups.len(), 1, |group| {
+            let mut numbers = vec![UNNAMED; self.points.len()];
+            let of_label = |&i: &usize| LabelMesh {
+                label: labels[i],
+                mesh: self.view(labels[i], &triangles[starts[i]..starts[i + 1]], &mut numbers),
+            };
+            groups[group].concat().iter().map(of_label).collect::<Vec<_>>()
+        })?;
+        Ok(parts.into_iter().flatten().collect())
+    }
+
+    /// The triangles of each label, one label after the other, and where they start.
+    fn by_label(&self, labels: &[u32]) -> (Vec<usize>, Vec<u32>) {
         let mut known = ([0; 2], [None; 2]);
-        for (t, &sides) in self.sides.iter().enumerate() {
+        let mut numbers = |sides: [u32; 2]| {
             if known.0 != sides {
-                known = (sides, sides.map(number));
+                known = (sides, sides.map(|label| labels.binary_search(&label).ok()));
             }
-            known.1.into_iter().flatten().for_each(|label| of_label[label].push(t as u32));
+            known.1.into_iter().flatten()
+        };
+        let mut starts = vec![0; labels.len() + 1];
+        for &sides in &self.sides {
+            numbers(sides).for_each(|label| starts[label + 1] += 1);
         }
-        let groups: Vec<_> = labels.into_iter().zip(of_label).collect();
-        par::map(&groups, |(label, triangles)| LabelMesh {
-            label: *label,
-            mesh: self.view(*label, triangles),
-        })
+        for label in 0..labels.len() {
+            starts[label + 1] += starts[label];
+        }
+        let mut ends = starts.clone();
+        let mut triangles = vec![0; starts[labels.len()]];
+        for (t, &sides) in self.sides.iter().enumerate() {
+            for label in numbers(sides) {
+                triangles[ends[label]] = t as u32;
+                ends[label] += 1;
+            }
+        }
+        (starts, triangles)
     }
 
     /// The given triangles, with `label` behind them. Points are numbered in the order in which
-    /// triangles name them.
-    fn view(&self, label: u32, triangles: &[u32]) -> Mesh {
-        let mut mesh = Mesh { unit: self.unit, ..Mesh::default() };
-        mesh.triangles.reserve(triangles.len());
-        let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
-        let corners = |t: u32| {
-            let [a, b, c] = self.triangles[t as usize];
-            if self.sides[t as usize][0] == label { [a, b, c] } else { [b, a, c] }
-        };
-        let inner =
-            |&t: &u32| Some(self.triangles[t as usize][2]).filter(|&c| c >= self.first_inner);
-        for run in triangles.chunk_by(|s, t| inner(s).is_some() && inner(s) == inner(t)) {
-            let mut number = |point: u32| {
-                *numbers.entry(point).or_insert_with(|| {
-                    mesh.points.push(self.points[point as usize]);
-                    mesh.points.len() as u32 - 1
-                })
-            };
-            if run.len() == 1 || inner(&run[0]).is_none() {
-                mesh.triangles.extend(run.iter().map(|&t| corners(t).map(&mut number)));
-                continue;
+    /// triangles name them; `numbers` is [`UNNAMED`] for every point, and is again afterwards.
+    fn view(&self, label: u32, triangles: &[u32], numbers: &mut [u32]) -> Mesh {
+        let mut named: Vec<u32> = Vec::with_capacity(triangles.len() / 2 + 2);
+        let mut number = |point: u32, named: &mut Vec<u32>| {
+            let number = &mut numbers[point as usize];
+            if *number == UNNAMED {
+                *number = named.len() as u32;
+                named.push(point);
             }
-            let mut fan: Vec<[u32; 3]> = run.iter().map(|&t| corners(t).map(&mut number)).collect();
-            part_fans(&mut fan, &mut mesh.points);
-            mesh.triangles.append(&mut fan);
+            *number
+        };
+        let mut corners = |t: u32, named: &mut Vec<u32>| {
+            let [a, b, c] = self.triangles[t as usize];
+            let forth = self.sides[t as usize][0] == label;
+            if forth { [a, b, c] } else { [b, a, c] }.map(|point| number(point, named))
+        };
+        let last = |t: u32| self.triangles[t as usize][2];
+        let mut faces: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
+        let mut at = 0;
+        while let Some(&t) = triangles.get(at) {
+            let first = faces.len();
+            faces.push(corners(t, &mut named));
+            at += 1;
+            if last(t) >= self.first_inner {
+                while let Some(&other) = triangles.get(at).filter(|&&u| last(u) == last(t)) {
+                    faces.push(corners(other, &mut named));
+                    at += 1;
+                }
+                part_fans(&mut faces[first..], &mut named);
+            }
         }
-        mesh
+        let points = named.iter().map(|&point| self.points[point as usize]).collect();
+        named.iter().for_each(|&point| numbers[point as usize] = UNNAMED);
+        Mesh { points, triangles: faces, unit: self.unit, ..Mesh::default() }
     }
 }
 
+/// The number of a point that no triangle has named yet.
+const UNNAMED: u32 = u32::MAX;
+
 /// Gives every fan but the first round the last point of some triangles a copy of that point.
-fn part_fans(triangles: &mut [[u32; 3]], points: &mut Vec<[f64; 3]>) {
+fn part_fans(triangles: &mut [[u32; 3]], named: &mut Vec<u32>) {
     let mut seen = 0u32;
     let mut own = triangles[0][2];
     for start in 0..triangles.len() {
@@ -120,8 +158,8 @@ fn part_fans(triangles: &mut [[u32; 3]], points: &mut Vec<[f64; 3]>) {
             continue;
         }
         if start > 0 {
-            points.push(points[own as usize]);
-            own = points.len() as u32 - 1;
+            named.push(named[own as usize]);
+            own = named.len() as u32 - 1;
         }
         let mut at = start;
         while seen >> at & 1 == 0 {

@@ -57,7 +57,7 @@ fn assert_sound(complex: &LabelComplex, samples: &[u32]) {
     labels.dedup();
     assert_eq!(complex.labels(), labels);
     assert!(complex.sides.iter().all(|[behind, front]| behind > front));
-    let shells = complex.shells();
+    let shells = complex.shells(&Run::default()).unwrap();
     assert_eq!(shells.iter().map(|s| s.label).collect::<Vec<_>>(), labels);
     let mut volume = 0.0;
     let mut triangles = 0;
