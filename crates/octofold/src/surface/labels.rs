@@ -128,15 +128,22 @@ pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, Vo
 /// Joins label meshes into one mesh whose faces carry their label; points are not shared between
 /// labels.
 pub fn merge(meshes: Vec<LabelMesh>, volume: &dyn Volume) -> Result<Mesh, VolumeError> {
-    let mut merged = Mesh { unit: volume.placement().unit, ..Mesh::default() };
-    let mut face_labels = Vec::new();
-    let mut colours = Vec::new();
+    let points: usize = meshes.iter().map(|m| m.mesh.points.len()).sum();
+    let triangles = meshes.iter().map(|m| m.mesh.triangles.len()).sum();
+    if points > u32::MAX as usize {
+        return Err(VolumeError::TooManyPoints);
+    }
+    let mut merged = Mesh {
+        points: Vec::with_capacity(points),
+        triangles: Vec::with_capacity(triangles),
+        unit: volume.placement().unit,
+        ..Mesh::default()
+    };
+    let mut face_labels = Vec::with_capacity(triangles);
+    let mut colours = Vec::with_capacity(triangles);
     let mut label_names = Vec::new();
     for LabelMesh { label, mesh } in meshes {
         let start = merged.points.len();
-        if start + mesh.points.len() > u32::MAX as usize {
-            return Err(VolumeError::TooManyPoints);
-        }
         let known = volume.labels().iter().find(|l| l.value == label);
         let name = known.map(|l| l.name.as_str()).filter(|n| !n.is_empty());
         label_names.push((label, name.map_or_else(|| format!("label {label}"), str::to_owned)));

@@ -83,7 +83,7 @@ pub struct Cells {
     /// Not all corners hold the same label.
     pub mixed: u64,
     /// The crossed edges do not go with two labels.
-    pub odd: u64,
+    odd: u64,
     /// Corners that an odd number of crossed edges parts from the first.
     apart: [u64; 8],
     /// Edges along x at low y and z, high y, high z, and both high.
@@ -95,6 +95,12 @@ pub struct Cells {
 }
 
 impl Cells {
+    /// Whether the crossed edges of a cell go with two labels.
+    #[inline]
+    pub fn is_even(&self, bit: usize) -> bool {
+        self.odd >> bit & 1 == 0
+    }
+
     /// The corners of a cell that an odd number of crossed edges parts from the first.
     #[inline]
     pub fn mask(&self, bit: usize) -> usize {

@@ -45,8 +45,13 @@ impl Slab {
             for w in 0..crossings.words {
                 let cells = crossings.cells(y, layer, w);
                 bits::ones(cells.mixed, |bit| {
-                    let wall = Wall::of(&rows, &cells, 64 * w + bit, bit);
-                    match wall {
+                    let apart = cells.mask(bit);
+                    if cells.is_even(bit) && TWO_PARTS[apart] {
+                        // One loop, with as many triangles whichever side is inside.
+                        triangles += PATCHES[apart].triangles().len();
+                        return;
+                    }
+                    match Wall::of(&rows, &cells, 64 * w + bit, bit) {
                         Wall::Two { inside, .. } => triangles += PATCHES[inside].triangles().len(),
                         Wall::Many(labels) => {
                             let patch = junction::patch(&labels);
@@ -74,7 +79,7 @@ impl Wall {
     #[inline]
     fn of<T: Scalar + Into<u32>>(rows: &[&[T]; 4], cells: &Cells, x: usize, bit: usize) -> Self {
         let apart = cells.mask(bit);
-        if cells.odd >> bit & 1 == 0 && TWO_PARTS[apart] {
+        if cells.is_even(bit) && TWO_PARTS[apart] {
             let here = label(rows, x, 0);
             let other = label(rows, x, apart.trailing_zeros() as usize);
             let inside = if other > here { apart } else { 255 ^ apart };
