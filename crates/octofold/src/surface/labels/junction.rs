@@ -12,22 +12,20 @@
 //! What a face looks like follows from its four labels alone, so both cells beside it see the
 //! same. The segments cut the surface of the cell into regions of one label each. Segments that
 //! are connected without a junction are a loop between two labels, and are filled as in marching
-//! cubes, or, where two saddles would touch, joined to the mean of their points. With junctions,
-//! they are joined to the mean of the junctions: the lines to it are where three or four labels
-//! meet.
+//! cubes, or, where two saddles would touch, joined to the mean of their points. Between
+//! two junctions the labels meet along the straight line from one to the other, and each wall is
+//! cut into triangles between that line and its segments. More junctions are joined to their mean,
+//! and all their segments with them.
 //!
 //! The patch depends on which corners hold equal labels (4140 ways), and on which label is the
 //! lower where both diagonals are even. Each is derived when it is first asked for.
 //!
 //! Source: specification of surfaces, D.4.
 
-use crate::surface::cell::{edge_at, face_corners, middle, triangulate};
+use crate::surface::cell::{FIRST_FACE, edge_at, face_corners, middle, triangulate};
 use std::sync::{LazyLock, OnceLock};
 
-/// Edges of a cell come first among the points of a patch, then its faces, then those inside.
-pub const FIRST_FACE: usize = 12;
-
-/// The first of the points inside.
+/// The first of the points inside, which come after those on edges and faces.
 pub const FIRST_INNER: usize = 18;
 
 /// Steps into which an axis of the cell is cut for the points inside.
@@ -116,6 +114,18 @@ struct Segment {
     right: u8,
 }
 
+impl Segment {
+    /// The same segment as it leaves `point`.
+    fn from(&self, point: u8) -> Option<Self> {
+        let [from, to] = self.ends;
+        if from == point {
+            Some(*self)
+        } else {
+            (to == point).then_some(Self { ends: [to, from], left: self.right, right: self.left })
+        }
+    }
+}
+
 /// The segments of face `f`. `first_is_lower`: where both diagonals are even, the first corner has
 /// the lower label.
 fn segments(f: usize, kinds: &[u8; 8], first_is_lower: bool) -> Vec<Segment> {
@@ -168,19 +178,20 @@ fn derive(kinds: &[u8; 8], first_is_lower: impl Fn(usize) -> bool) -> Patch {
         let faces = FIRST_FACE as u8..FIRST_INNER as u8;
         let junctions: Vec<u8> =
             faces.filter(|face| part.iter().any(|s| s.ends.contains(face))).collect();
-        let around = if junctions.is_empty() { ring(part) } else { junctions };
+        let sheets = match junctions[..] {
+            [] => vec![sheet(part, part[0])],
+            [first, _] => part.iter().filter_map(|s| Some(sheet(part, s.from(first)?))).collect(),
+            _ => Vec::new(),
+        };
         // Two saddles, crosswise above each other, would touch in the middle of the cell.
-        let is_saddle = around.len() >= SADDLE && parts.len() > 1;
-        let is_loop = usize::from(around[0]) < FIRST_FACE;
-        let cut = if is_loop && !is_saddle { triangulate(&around) } else { None };
-        let [behind, front] = [part[0].right, part[0].left];
-        if let Some(triangles) = cut {
-            let facet = |points| Facet { points, behind, front };
-            patch.triangles.extend(triangles.into_iter().map(facet));
+        let is_saddle = junctions.is_empty() && part.len() >= SADDLE && parts.len() > 1;
+        let cut: Option<Vec<_>> = sheets.iter().map(Sheet::cut).collect();
+        if let Some(facets) = cut.filter(|facets| !facets.is_empty() && !is_saddle) {
+            patch.triangles.extend(facets.concat());
             continue;
         }
         let inner = (FIRST_INNER + patch.inner.len()) as u8;
-        patch.inner.push(mean(&around));
+        patch.inner.push(mean(if junctions.is_empty() { &sheets[0].ring } else { &junctions }));
         patch.triangles.extend(part.iter().map(|s| Facet {
             points: [s.ends[0], s.ends[1], inner],
             behind: s.right,
@@ -190,37 +201,47 @@ fn derive(kinds: &[u8; 8], first_is_lower: impl Fn(usize) -> bool) -> Patch {
     patch
 }
 
-/// The crossed edges of a loop, in order.
-fn ring(part: &[Segment]) -> Vec<u8> {
-    let mut ring: Vec<u8> = part.iter().map(|s| s.ends[0]).take(1).collect();
-    while let Some(next) = part.iter().find(|s| ring.last() == Some(&s.ends[0])) {
-        if next.ends[1] == ring[0] {
-            break;
-        }
-        ring.push(next.ends[1]);
+/// The border of a wall: along faces, and from the last point straight back to the first.
+struct Sheet {
+    ring: Vec<u8>,
+    behind: u8,
+    front: u8,
+}
+
+impl Sheet {
+    fn cut(&self) -> Option<Vec<Facet>> {
+        let facet = |points| Facet { points, behind: self.behind, front: self.front };
+        Some(triangulate(&self.ring)?.into_iter().map(facet).collect())
     }
-    ring
+}
+
+/// Follows the segments from `first` on, up to a junction or round to its start.
+fn sheet(part: &[Segment], first: Segment) -> Sheet {
+    let [start, mut at] = first.ends;
+    let mut ring = vec![start];
+    while at != start {
+        let before = ring[ring.len() - 1];
+        ring.push(at);
+        let ways = part.iter().filter_map(|s| s.from(at)).filter(|s| s.ends[1] != before);
+        match usize::from(at).checked_sub(FIRST_FACE) {
+            None => at = ways.map(|s| s.ends[1]).next().unwrap_or(start),
+            Some(_) => break,
+        }
+    }
+    Sheet { ring, behind: first.right, front: first.left }
 }
 
 /// The mean of some points on edges and faces, to the nearest step.
 fn mean(points: &[u8]) -> [u32; 3] {
-    let halves = points.iter().map(|&p| position(p));
+    let halves = points.iter().map(|&p| middle(p.into()));
     let sum = halves.fold([0; 3], |sum, p| std::array::from_fn(|x| sum[x] + p[x]));
     let count = points.len() as u32;
     sum.map(|x| (x * STEPS + count) / (2 * count))
 }
 
-/// Position of an edge's or a face's middle, in half cells.
-fn position(point: u8) -> [u32; 3] {
-    match usize::from(point).checked_sub(FIRST_FACE) {
-        None => middle(point.into()),
-        Some(f) => std::array::from_fn(|x| if x == f / 2 { 2 * (f % 2) as u32 } else { 1 }),
-    }
-}
-
 /// Where an edge's or a face's middle is, in half cells, if it lies on face `f`.
 #[cfg(test)]
 pub fn on_face(point: u8, f: usize) -> Option<[u32; 3]> {
-    let at = (usize::from(point) < FIRST_INNER).then(|| position(point))?;
+    let at = (usize::from(point) < FIRST_INNER).then(|| middle(point.into()))?;
     (at[f / 2] == 2 * (f % 2) as u32).then_some(at)
 }
