@@ -3,8 +3,9 @@
 //! Edges between samples of different labels are crossed at their middle. Crossed edges are found
 //! by comparing rows as words, and numbered as in [`super::cubes`]; so are the faces on which three
 //! labels or more meet. A cell of two labels takes the patch of marching cubes with the higher one
-//! inside; any other joins what it sees on its faces to a point inside. The cost is that of the samples and the walls,
-//! whatever the number of labels; for one label beside 0 the mesh is that of marching cubes.
+//! inside; what other cells look like is told in `junction`. The cost is that of the samples and
+//! the walls, whatever the number of labels; for one label beside 0 the mesh is that of marching
+//! cubes.
 //!
 //! Slabs of layers are worked on alone, once to count and once to write: a slab numbers its own
 //! points, and those on its last layer as the first of the next slab, which they are.
@@ -67,15 +68,16 @@ pub fn label_complex(volume: &dyn Volume, run: &Run) -> Result<LabelComplex, Vol
     let slabs = par::blocks(run, nz + 1, SLAB, |layers| {
         let (block, first) = read(&layers)?;
         let keep = layers.start / SLAB < kept;
-        let slab = with_labels!(&block, s => {
+        let mut slab = with_labels!(&block, s => {
             let lattice = Lattice::new(dims, s, first);
             Slab::of(&lattice, Crossings::of(&lattice, layers))
         });
-        Ok((slab.points, slab.inner, slab.triangles, keep.then_some(slab.crossings)))
+        slab.crossings = slab.crossings.filter(|_| keep);
+        Ok(slab)
     })?;
     let slabs = slabs.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
-    let sum = |of: fn(&Counts) -> usize| slabs.iter().map(of).sum::<usize>();
-    let (outer, inner, triangles) = (sum(|s| s.0), sum(|s| s.1), sum(|s| s.2));
+    let sum = |of: fn(&Slab) -> usize| slabs.iter().map(of).sum::<usize>();
+    let (outer, inner, triangles) = (sum(|s| s.points), sum(|s| s.inner), sum(|s| s.triangles));
     if outer + inner >= u32::MAX as usize {
         return Err(VolumeError::TooManyPoints);
     }
@@ -85,19 +87,19 @@ pub fn label_complex(volume: &dyn Volume, run: &Run) -> Result<LabelComplex, Vol
     complex.triangles = bytemuck::zeroed_vec(triangles);
     complex.sides = bytemuck::zeroed_vec(triangles);
     let (outer_points, inner_points) = complex.points.split_at_mut(outer);
-    let points = par::split(outer_points, slabs.iter().map(|s| s.0));
-    let inner = par::split(inner_points, slabs.iter().map(|s| s.1));
-    let triangles = par::split(&mut complex.triangles, slabs.iter().map(|s| s.2));
-    let sides = par::split(&mut complex.sides, slabs.iter().map(|s| s.2));
+    let points = par::split(outer_points, slabs.iter().map(|s| s.points));
+    let inner = par::split(inner_points, slabs.iter().map(|s| s.inner));
+    let triangles = par::split(&mut complex.triangles, slabs.iter().map(|s| s.triangles));
+    let sides = par::split(&mut complex.sides, slabs.iter().map(|s| s.triangles));
     let mut next = [0, outer as u32];
     let places = points.into_iter().zip(inner).zip(triangles.into_iter().zip(sides));
     let tasks: Vec<_> = slabs
         .into_iter()
         .zip(places)
-        .map(|((own, inside, _, crossings), ((points, inner), (triangles, sides)))| {
+        .map(|(slab, ((points, inner), (triangles, sides)))| {
             let [start, inner_start] = next;
-            next = [start + own as u32, inner_start + inside as u32];
-            (crossings, Place { points, inner, triangles, sides, start, inner_start })
+            next = [start + slab.points as u32, inner_start + slab.inner as u32];
+            (slab.crossings, Place { points, inner, triangles, sides, start, inner_start })
         })
         .collect();
     run.stage("march");
@@ -113,9 +115,6 @@ pub fn label_complex(volume: &dyn Volume, run: &Run) -> Result<LabelComplex, Vol
     })?;
     Ok(complex)
 }
-
-/// Points on edges and faces, points inside cells, triangles, and what tells where they are.
-type Counts = (usize, usize, usize, Option<Crossings>);
 
 /// The closed surface of every label but 0, in order of their values.
 pub fn label_meshes(volume: &dyn Volume, run: &Run) -> Result<Vec<LabelMesh>, VolumeError> {

@@ -78,7 +78,7 @@ pub struct Crossings {
 }
 
 /// Up to 64 cells of a row, a bit for each.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct Cells {
     /// Not all corners hold the same label.
     pub mixed: u64,
@@ -92,6 +92,41 @@ pub struct Cells {
     pub on_y: [[u64; 2]; 2],
     /// Edges along z at low y and high y, each at low x and high x.
     pub on_z: [[u64; 2]; 2],
+}
+
+/// The rows of edges round a row of cells, as in [`Cells`].
+#[derive(Debug, Clone, Copy)]
+pub struct RowOfCells<'a> {
+    on_x: [&'a [u64]; 4],
+    on_y: [&'a [u64]; 2],
+    on_z: [&'a [u64]; 2],
+}
+
+impl RowOfCells<'_> {
+    /// The cells of word `w`; `None` where none is mixed.
+    #[inline]
+    pub fn cells(&self, w: usize) -> Option<Cells> {
+        let [a, b, c, d] = self.on_x;
+        let on_x = [a[w], b[w], c[w], d[w]];
+        let pair = |row: &[u64]| [row[w], bits::next(row, w)];
+        let on_y = [pair(self.on_y[0]), pair(self.on_y[1])];
+        let on_z = [pair(self.on_z[0]), pair(self.on_z[1])];
+        let crossed = on_x.iter().chain(on_y.as_flattened()).chain(on_z.as_flattened());
+        let mixed = crossed.fold(0, |all, word| all | word);
+        if mixed == 0 {
+            return None;
+        }
+        // Along the edges of a tree that reaches every corner; the other five edges must agree.
+        let (c1, c2, c4) = (on_x[0], on_y[0][0], on_z[0][0]);
+        let (c3, c5, c6) = (c2 ^ on_x[1], c4 ^ on_x[2], c4 ^ on_y[1][0]);
+        let c7 = c6 ^ on_x[3];
+        let odd = (c1 ^ c3 ^ on_y[0][1])
+            | (c5 ^ c7 ^ on_y[1][1])
+            | (c1 ^ c5 ^ on_z[0][1])
+            | (c2 ^ c6 ^ on_z[1][0])
+            | (c3 ^ c7 ^ on_z[1][1]);
+        Some(Cells { mixed, odd, apart: [0, c1, c2, c3, c4, c5, c6, c7], on_x, on_y, on_z })
+    }
 }
 
 impl Cells {
@@ -186,33 +221,19 @@ impl Crossings {
         [(y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)].map(|(y, z)| lattice.row(y, z))
     }
 
-    /// The cells of word `w` of a row.
-    #[inline]
-    pub fn cells(&self, y: usize, layer: usize, w: usize) -> Cells {
-        let pair = |grid: &Grid, y: usize, layer: usize| {
-            let row = grid.row(y, layer);
-            [row[w], bits::next(row, w)]
-        };
+    /// The edges round a row of cells.
+    pub fn row_of_cells(&self, y: usize, layer: usize) -> RowOfCells<'_> {
         let [x_edges, y_edges, z_edges] = &self.edges;
-        let on_x = [(y, layer), (y + 1, layer), (y, layer + 1), (y + 1, layer + 1)]
-            .map(|(y, layer)| x_edges.row(y, layer)[w]);
-        let on_y = [pair(y_edges, y, layer), pair(y_edges, y, layer + 1)];
-        let on_z = [pair(z_edges, y, layer), pair(z_edges, y + 1, layer)];
-        let crossed = on_x.iter().chain(on_y.as_flattened()).chain(on_z.as_flattened());
-        let mixed = crossed.fold(0, |all, word| all | word);
-        if mixed == 0 {
-            return Cells { mixed, ..Cells::default() };
+        RowOfCells {
+            on_x: [
+                x_edges.row(y, layer),
+                x_edges.row(y + 1, layer),
+                x_edges.row(y, layer + 1),
+                x_edges.row(y + 1, layer + 1),
+            ],
+            on_y: [y_edges.row(y, layer), y_edges.row(y, layer + 1)],
+            on_z: [z_edges.row(y, layer), z_edges.row(y + 1, layer)],
         }
-        // Along the edges of a tree that reaches every corner; the other five edges must agree.
-        let (c1, c2, c4) = (on_x[0], on_y[0][0], on_z[0][0]);
-        let (c3, c5, c6) = (c2 ^ on_x[1], c4 ^ on_x[2], c4 ^ on_y[1][0]);
-        let c7 = c6 ^ on_x[3];
-        let odd = (c1 ^ c3 ^ on_y[0][1])
-            | (c5 ^ c7 ^ on_y[1][1])
-            | (c1 ^ c5 ^ on_z[0][1])
-            | (c2 ^ c6 ^ on_z[1][0])
-            | (c3 ^ c7 ^ on_z[1][1]);
-        Cells { mixed, odd, apart: [0, c1, c2, c3, c4, c5, c6, c7], on_x, on_y, on_z }
     }
 
     /// Three crossed edges or more, and no label across a diagonal.

@@ -224,7 +224,7 @@ fn what_a_face_looks_like_follows_from_its_labels() {
     // Whatever the cell, there is one look of a face from the low side for each way in which its
     // labels are equal (and which one is lower, where both diagonals are even), and the same one
     // reversed from the high side.
-    let mut looks: BTreeMap<_, Vec<([[u32; 2]; 2], [usize; 2])>> = BTreeMap::new();
+    let mut looks = BTreeMap::new();
     for labels in partitions().into_iter().flat_map(orders) {
         for f in 0..6 {
             let (u, v) = (1 << ((f / 2 + 1) % 3), 1 << ((f / 2 + 2) % 3));

@@ -24,8 +24,8 @@ fn hangs_together(mask: usize) -> bool {
 
 /// A slab of cells, with how much there is to write.
 pub struct Slab {
-    /// Where labels change.
-    pub crossings: Crossings,
+    /// Where labels change, unless it is to be found again.
+    pub crossings: Option<Crossings>,
     /// Own points on edges and faces.
     pub points: usize,
     /// Points inside cells.
@@ -37,13 +37,12 @@ pub struct Slab {
 impl Slab {
     /// Counts what is between the layers of `crossings`.
     pub fn of<T: Scalar + Into<u32>>(lattice: &Lattice<'_, T>, crossings: Crossings) -> Self {
-        let mut slab = Self { points: crossings.own_points(), inner: 0, triangles: 0, crossings };
-        let crossings = &slab.crossings;
         let (mut inner, mut triangles) = (0, 0);
         for (y, layer) in crossings.rows_of_cells() {
             let rows = crossings.samples(lattice, y, layer);
+            let row = crossings.row_of_cells(y, layer);
             for w in 0..crossings.words {
-                let cells = crossings.cells(y, layer, w);
+                let Some(cells) = row.cells(w) else { continue };
                 bits::ones(cells.mixed, |bit| {
                     let apart = cells.mask(bit);
                     if cells.is_even(bit) && TWO_PARTS[apart] {
@@ -62,8 +61,7 @@ impl Slab {
                 });
             }
         }
-        (slab.inner, slab.triangles) = (inner, triangles);
-        slab
+        Self { points: crossings.own_points(), inner, triangles, crossings: Some(crossings) }
     }
 }
 
@@ -85,7 +83,10 @@ impl Wall {
             let inside = if other > here { apart } else { 255 ^ apart };
             return Self::Two { inside, sides: [here.max(other), here.min(other)] };
         }
-        let labels: [u32; 8] = std::array::from_fn(|c| label(rows, x, c));
+        Self::by_labels(std::array::from_fn(|c| label(rows, x, c)))
+    }
+
+    fn by_labels(labels: [u32; 8]) -> Self {
         let low = labels.into_iter().fold(u32::MAX, u32::min);
         let high = labels.into_iter().fold(0, u32::max);
         let mask = |of: u32| (0..8).fold(0, |m, c| m | usize::from(labels[c] == of) << c);
@@ -225,8 +226,9 @@ impl<T: Scalar + Into<u32>> March<'_, T> {
             [low, beside].map(|at| number(&faces[1], at)),
             [low, above].map(|at| number(&faces[2], at)),
         ];
+        let row = crossings.row_of_cells(y, layer);
         for w in 0..crossings.words {
-            let cells = crossings.cells(y, layer, w);
+            let Some(cells) = row.cells(w) else { continue };
             bits::ones(cells.mixed, |bit| {
                 let here = |word: u64| (word >> bit & 1) as u32;
                 let mut points = [0; FIRST_INNER];
