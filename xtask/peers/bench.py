@@ -1,12 +1,15 @@
 """Measures octofold beside its peers, in the same run, and checks that both agree.
 
-    bench.py OCTOFOLD cubes|cells|solid|models [DATA]
+    bench.py OCTOFOLD cubes|cells|solid|models|labels [DATA]
 
  cubes   marching cubes on a 512^3 gyroid (float32) beside vtkFlyingEdges3D, on one thread and on two
  cells   surface cells of the bunny at 128, 256 and 512
  solid   solid voxels of the armadillo beside VTK's stencil and OpenVDB's level set, 100 000 random
          voxels and 100 000 near the surface against exact winding numbers (libigl), and 4096^3
  models  counts and self-intersecting pairs of every model in DATA beside trimesh and libigl
+ labels  walls of label volumes on one thread beside the binary union, vtkSurfaceNets3D and zmesh:
+         times, triangles, edges of a label's surface that have not two triangles, and walls between
+         labels that only one of the two labels has
 
 Octofold's seconds are those of its own stages (`--json`), on one thread those of the processor too.
 """
@@ -207,5 +210,125 @@ def models(_):
     print(f"{len(files)} files, {differ} differ")
 
 
+def label_volumes():
+    import nibabel
+    import nrrd
+    import pyvista
+    import vtk
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    reader = vtk.vtkXMLImageDataReader()
+    reader.SetFileName(str(Path(pyvista.__file__).parent / "examples/frog_tissues.vti"))
+    reader.Update()
+    image = reader.GetOutput()
+    frog = vtk_to_numpy(image.GetPointData().GetScalars())
+    yield "frog_tissues", frog.reshape(image.GetDimensions()[::-1])
+    for name in ("aal.nii.gz", "brodmann.nii.gz", "D99_atlas_v2.0_right.nii.gz"):
+        samples = np.asanyarray(nibabel.load(DATA / "volumes" / name).dataobj)
+        yield name, np.squeeze(samples).T
+    yield "Segmentation.seg.nrrd", nrrd.read(str(DATA / "volumes/Segmentation.seg.nrrd"))[0].T
+
+
+def wall_defects(samples, shells):
+    """Edges with not two triangles in one shell, and walls between labels with one side only.
+
+    `shells` are positions in samples (x, y, z), triangles, and the label of each triangle."""
+    points, triangles, labels = shells
+    _, point = np.unique(np.round(points * 64).astype(np.int64), axis=0, return_inverse=True)
+    triangles = point.ravel()[triangles].astype(np.int64)
+    ends = np.sort(np.stack([triangles, np.roll(triangles, -1, 1)], 2), 2).reshape(-1, 2)
+    edges = np.column_stack([np.repeat(labels, 3), ends])
+    uses = np.unique(edges, axis=0, return_counts=True)[1]
+    first = np.argmin(triangles, 1)
+    turned = np.stack([triangles[np.arange(len(triangles)), (first + k) % 3] for k in range(3)], 1)
+    twin = np.stack([turned[:, 0], turned[:, 2], turned[:, 1]], 1)
+    size = int(point.max()) + 1
+    name = lambda t: (t[:, 0] * size + t[:, 1]) * size + t[:, 2]
+    alone = ~np.isin(name(turned), name(twin))
+    low = np.floor(points[shells[1]].mean(1)).astype(int) + 1
+    padded = np.pad(samples, 1)
+    corners = [padded[low[:, 2] + k, low[:, 1] + j, low[:, 0] + i] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    between_labels = np.min(corners, 0) > 0
+    return int((uses != 2).sum()), int((alone & between_labels).sum())
+
+
+def labels(folder):
+    import trimesh
+    import vtk
+    import zmesh
+    from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+    vtk.vtkSMPTools.Initialize(1)
+    for name, samples in label_volumes():
+        samples = np.ascontiguousarray(samples)
+        if samples.dtype.kind != "u":
+            samples = samples.astype(np.uint16)
+        values = [int(v) for v in np.unique(samples) if v]
+        parts, union = folder / "labels.npy", folder / "union.npy"
+        np.save(parts, samples)
+        np.save(union, (samples > 0).astype(np.uint8))
+        image = vtk.vtkImageData()
+        padded = np.pad(samples, 1)
+        image.SetDimensions(*padded.shape[::-1])
+        image.GetPointData().SetScalars(numpy_to_vtk(padded.ravel()))
+
+        def surface_nets():
+            nets = vtk.vtkSurfaceNets3D()
+            nets.SetInputData(image)
+            nets.SmoothingOff()
+            nets.SetOutputMeshTypeToTriangles()
+            for i, value in enumerate(values):
+                nets.SetValue(i, value)
+            nets.Update()
+            return nets.GetOutput()
+
+        def mesher():
+            mesher = zmesh.Mesher((1, 1, 1))
+            mesher.mesh(samples)
+            return [(v, mesher.get(v, normals=False, reduction_factor=0, max_error=0)) for v in mesher.ids()]
+
+        times = {"walls": [], "shells": [], "union": []}
+        for _ in range(ROUNDS):
+            words = ["surface", parts, folder / "labels.ply", "--labels", "--threads", 1]
+            times["walls"].append(seconds(["count", "march"], *words))
+            times["shells"].append(seconds(["shells"], *words))
+            words = ["surface", union, folder / "union.ply", "--iso", 0.5, "--threads", 1]
+            times["union"].append(seconds(["count", "march"], *words))
+        best = {key: min(value) for key, value in times.items()}
+        ours = trimesh.load(folder / "labels.ply", process=False)
+        own = ours.metadata["_ply_raw"]["face"]["data"]["label"].ravel()
+        shells = (np.asarray(ours.vertices), np.asarray(ours.faces), own)
+        whole = trimesh.load(folder / "union.ply", process=False)
+        print(f"{name}: {samples.shape}, {len(values)} labels")
+        print(
+            f"  ours: walls {best['walls']:.3f} s, shells {best['shells']:.3f} s more, "
+            f"{len(own)} triangles in shells, defects {wall_defects(samples, shells)}"
+        )
+        print(
+            f"  binary union: {best['union']:.3f} s, {len(whole.faces)} triangles; "
+            f"walls take {best['walls'] / best['union']:.2f} times as long"
+        )
+        nets_seconds, _, nets = cpu(surface_nets)
+        triangles = vtk_to_numpy(nets.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        points = vtk_to_numpy(nets.GetPoints().GetData()).astype(float) - 1
+        sides = vtk_to_numpy(nets.GetCellData().GetArray("BoundaryLabels")).astype(int)
+        forth, back = (np.isin(side, values) for side in sides.T)
+        both = np.concatenate([triangles[forth], triangles[back][:, ::-1]])
+        of = np.concatenate([sides[forth, 0], sides[back, 1]])
+        defects = wall_defects(samples, (points, both, of))
+        print(f"  vtkSurfaceNets3D: {nets_seconds:.3f} CPU s, {len(both)} triangles in shells, defects {defects}")
+        mesher_seconds, _, found = cpu(mesher)
+        start, points, triangles, of = 0, [], [], []
+        for value, mesh in found:
+            points.append(mesh.vertices[:, ::-1])
+            triangles.append(np.asarray(mesh.faces, np.int64) + start)
+            of.append(np.full(len(mesh.faces), value))
+            start += len(mesh.vertices)
+        points = np.concatenate(points).astype(float)
+        points += shells[0].min(0) - points.min(0)
+        defects = wall_defects(samples, (points, np.concatenate(triangles), np.concatenate(of)))
+        print(f"  zmesh: {mesher_seconds:.3f} CPU s, {sum(map(len, of))} triangles in shells, defects {defects}")
+
+
 with tempfile.TemporaryDirectory() as folder:
-    {"cubes": cubes, "cells": cells, "solid": solid, "models": models}[WHAT](Path(folder))
+    {"cubes": cubes, "cells": cells, "solid": solid, "models": models, "labels": labels}[WHAT](Path(folder))

@@ -88,6 +88,15 @@ impl InputArgs {
     pub fn check(self) -> Result<Input> {
         self.reading.of(&self.input)
     }
+
+    /// The input, a mesh, and `reference` beside it: what says how the samples of a raw volume lie
+    /// speaks of the reference.
+    pub fn check_beside(self, reference: &Path) -> Result<[Input; 2]> {
+        let Self { input, reading } = self;
+        let of_input = ReadingArgs { from: reading.from, ..ReadingArgs::default() };
+        let of_reference = ReadingArgs { from: None, ..reading };
+        Ok([of_input.of(&input)?, of_reference.of(reference)?])
+    }
 }
 
 impl ReadingArgs {

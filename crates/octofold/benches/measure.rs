@@ -5,7 +5,7 @@ mod torus;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use octofold::Run;
-use octofold::measure::{Nearest, Topology, Winding, self_intersections, weld_points};
+use octofold::measure::{Nearest, Topology, Winding, self_intersections, weld_points, within};
 use std::hint::black_box;
 use torus::torus;
 
@@ -24,6 +24,11 @@ fn measures(c: &mut Criterion) {
     });
     group.bench_function("nearest, build", |b| b.iter(|| Nearest::new(black_box(&mesh))));
     group.bench_function("winding, build", |b| b.iter(|| Winding::new(black_box(&mesh))));
+
+    let coarse = torus(50, 20);
+    group.bench_function("within, beside 2000 triangles", |b| {
+        b.iter(|| within(black_box(&mesh), &coarse, 0.05, &run))
+    });
 
     let queries: Vec<_> = mesh.points.iter().map(|p| p.map(|x| x * 1.001)).collect();
     let (nearest, winding) = (Nearest::new(&mesh), Winding::new(&mesh));

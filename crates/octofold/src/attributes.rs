@@ -30,6 +30,14 @@ impl LengthUnit {
             Self::Metre => 1.0,
         }
     }
+
+    /// What lengths in `from` are multiplied by to be in `to`; 1 where one of them is not known.
+    pub fn scale(from: Option<Self>, to: Option<Self>) -> f64 {
+        match (from, to) {
+            (Some(from), Some(to)) if from != to => from.metres() / to.metres(),
+            _ => 1.0,
+        }
+    }
 }
 
 /// An image as it stood in the file, still encoded.

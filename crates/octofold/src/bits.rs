@@ -54,8 +54,13 @@ pub fn pack<T: Scalar>(samples: &[T], inside: impl Fn(T) -> bool, shift: usize, 
 pub fn pack_unequal<T: Scalar>(a: &[T], b: &[T], shift: usize, row: &mut [u64]) {
     let len = a.len().min(b.len());
     fill(len, shift, row, |range| {
+        let (a, b) = (&a[range.clone()], &b[range]);
+        // Most stretches of neighbouring rows are equal, which is told faster at once.
+        if a == b {
+            return 0;
+        }
         let mut word = 0;
-        for (i, (&s, &t)) in a[range.clone()].iter().zip(&b[range]).enumerate() {
+        for (i, (&s, &t)) in a.iter().zip(b).enumerate() {
             word |= u64::from(s != t) << i;
         }
         word

@@ -5,9 +5,11 @@ pub mod distance;
 pub mod extent;
 pub mod intersect;
 pub mod nearest;
+mod piece;
 pub mod topology;
 pub mod weld;
 pub mod winding;
+pub mod within;
 
 pub use distance::{Comparison, Distances, compare};
 pub use extent::Extent;
@@ -16,6 +18,7 @@ pub use nearest::{Hit, Nearest};
 pub use topology::{Defect, Topology};
 pub use weld::{Weld, Welding, weld, weld_points};
 pub use winding::Winding;
+pub use within::{HausdorffBounds, Interval, Verdict, hausdorff_bounds, within};
 
 use crate::mesh::Mesh;
 use crate::par;

@@ -1,6 +1,7 @@
 //! Indexed triangles.
 
 use crate::attributes::{Attributes, LengthUnit};
+use crate::par;
 use crate::soup::ShapeError;
 
 /// An indexed triangle mesh. Nothing about closedness or orientation is promised; for that see
@@ -45,6 +46,16 @@ impl Mesh {
     /// The three positions of triangle `t`.
     pub fn corners(&self, t: usize) -> [[f64; 3]; 3] {
         self.triangles[t].map(|p| self.points[p as usize])
+    }
+
+    /// The same triangles with every point moved, without columns.
+    pub fn map(&self, place: impl Fn([f64; 3]) -> [f64; 3] + Sync + Send) -> Self {
+        Self {
+            points: par::map(&self.points, |&p| place(p)),
+            triangles: self.triangles.clone(),
+            unit: self.unit,
+            ..Self::default()
+        }
     }
 
     /// Unit normal of each point: the area-weighted mean over its triangles; zero where that

@@ -21,7 +21,7 @@ pub use account::{OctreeAccount, Rejection, SurfaceAccount, Tally};
 pub use adaptive::adaptive_cubes;
 pub use certified::{Certificate, CertifiedOptions, LEAST_TOLERANCE, certified};
 pub use cubes::{CubesOptions, Inside, marching_cubes};
-pub use labels::{LabelMesh, label_meshes};
+pub use labels::{LabelComplex, LabelMesh, label_complex, label_meshes};
 pub use tel::tel;
 
 /// The ways to turn a volume into a mesh.

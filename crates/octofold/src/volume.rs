@@ -42,6 +42,19 @@ impl Placement {
         })
     }
 
+    /// Maps world coordinates to sample indices; `None` where the samples lie in one plane.
+    pub fn inverse(&self) -> Option<Self> {
+        let linear = glam::DMat3::from_cols_array_2d(&self.axes);
+        let inverse = linear.inverse();
+        let origin = inverse * -glam::DVec3::from(self.origin);
+        let usable = linear.determinant() != 0.0 && inverse.is_finite() && origin.is_finite();
+        usable.then(|| Self {
+            axes: inverse.to_cols_array_2d(),
+            origin: origin.to_array(),
+            unit: None,
+        })
+    }
+
     /// Determinant of the linear part; negative where the placement mirrors.
     pub fn determinant(&self) -> f64 {
         glam::DMat3::from_cols_array_2d(&self.axes).determinant()

@@ -3,7 +3,10 @@
 #[path = "shapes/torus.rs"]
 mod torus;
 
-use octofold::measure::{Nearest, Weld, Winding, compare, measure, self_intersections};
+use octofold::measure::{
+    Nearest, Verdict, Weld, Winding, compare, hausdorff_bounds, measure, self_intersections, within,
+};
+use octofold::samples::Sample;
 use octofold::{LengthUnit, Mesh, Run, Solid, par};
 use torus::torus;
 
@@ -106,6 +109,25 @@ fn samples_lie_evenly_on_the_surface() {
 }
 
 #[test]
+fn a_ball_in_a_larger_ball_is_as_far_as_their_radii() {
+    let run = Run::default();
+    let ball = Sample::Sphere.polygons(48).unwrap().triangulate();
+    let larger = ball.map(|p| p.map(|x| 0.5 + 1.1 * (x - 0.5)));
+    // Every point of one is a tenth of its way from the centre away from its image in the other.
+    assert_eq!(within(&ball, &larger, 0.04, &run).unwrap(), Verdict::Proven);
+    let bounds = hausdorff_bounds(&ball, &larger, 1e-4, &run).unwrap().unwrap();
+    for found in [bounds.a_to_b, bounds.b_to_a] {
+        assert!(found.lower > 0.038 && found.upper < 0.0402, "{found:?}");
+        assert!(found.upper - found.lower < 1.01e-4);
+    }
+    let sampled = compare(&ball, &larger, 20_000, &run).unwrap();
+    assert!(sampled.a_to_b.unwrap().max <= bounds.a_to_b.upper);
+    assert!(sampled.b_to_a.unwrap().max <= bounds.b_to_a.upper);
+    let refuted = within(&ball, &larger, 0.037, &run).unwrap();
+    assert!(matches!(refuted, Verdict::Refuted { .. }), "{refuted:?}");
+}
+
+#[test]
 fn units_are_converted_before_comparing() {
     let mut millimetres = cube(1000.0);
     millimetres.unit = Some(LengthUnit::Millimetre);
@@ -154,7 +176,12 @@ fn results_are_the_same_for_any_number_of_threads() {
             let hits = Nearest::new(&mesh).nearest_all(&coarse.points, &run).unwrap();
             let winding = Winding::new(&mesh);
             let around = coarse.points.iter().map(|&p| winding.at(p)).collect::<Vec<_>>();
-            (measures, pairs, hits, around, compare(&mesh, &coarse, 20_000, &run).unwrap())
+            let bounds = hausdorff_bounds(&ring, &coarse, 1e-3, &run).unwrap().unwrap();
+            let furthest = bounds.a_to_b.lower.max(bounds.b_to_a.lower);
+            let verdicts = [0.3, 0.7, 0.999, 1.1]
+                .map(|share| within(&ring, &coarse, share * furthest, &run).unwrap());
+            let compared = compare(&mesh, &coarse, 20_000, &run).unwrap();
+            (measures, pairs, hits, around, compared, bounds, verdicts)
         })
     };
     let one = all(1);

@@ -1,10 +1,13 @@
 //! `octofold check`: claims about a mesh, and where they do not hold.
 
-use crate::files::{Input, InputArgs, ReadingArgs};
+use crate::commands::surface::SurfaceArgs;
+use crate::files::{Input, InputArgs};
 use crate::job::{Account, Job, Outcome};
-use anyhow::{Result, ensure};
-use octofold::measure::{self, Measures, Weld};
+use anyhow::{Context, Result, bail, ensure};
+use octofold::measure::{self, Measures, Verdict, Weld};
 use octofold::report::{Answer, Claim, ShapeMeasures};
+use octofold::surface::{Method, SurfaceOptions};
+use octofold::{LengthUnit, Mesh, Placement, Run, Shape, Step, pipeline};
 use std::path::PathBuf;
 
 /// As typed.
@@ -25,24 +28,31 @@ pub struct Args {
     /// No two triangles meet outside a shared corner or edge
     #[arg(long)]
     no_self_intersections: bool,
-    /// The mesh and REF are nowhere further apart than --distance, seen from either
-    #[arg(long, value_name = "REF", requires = "distance")]
+    /// No point of the mesh is further from REF than allowed, and none of REF from the mesh; REF is
+    /// a mesh, or a volume whose marching cubes surface is meant
+    #[arg(long, value_name = "REF", requires = "allowed")]
     within: Option<PathBuf>,
     /// Largest distance for --within, in the mesh's own unit
-    #[arg(long, value_name = "D", requires = "within")]
+    #[arg(long, value_name = "D", requires = "within", group = "allowed")]
     distance: Option<f64>,
-    /// Points that are spread over each mesh by area for --within, beside all its vertices
-    #[arg(long, value_name = "N", default_value_t = 200_000)]
-    samples: usize,
+    /// Largest distance for --within, in voxels of REF
+    #[arg(long, value_name = "T", requires = "within", group = "allowed")]
+    voxels: Option<f64>,
+    #[command(flatten, next_help_heading = "Where REF is a volume")]
+    surface: SurfaceArgs,
 }
 
 const AFTER_HELP: &str = "\
 Without a claim, all but --within are checked. Points at the same position count as one. Where a
 claim does not hold, the exit code is 1 and the first few places are told as world coordinates.
 
+--within is proven for every point of both, not sampled: it holds up to 10^-9 of the distance, or it
+is refuted by a place, or, which is rare, told to be too near to call.
+
 Examples:
   octofold check part.stl --closed --manifold --no-self-intersections
-  octofold check repaired.ply --within scan.ply --distance 0.5";
+  octofold check repaired.ply --within scan.ply --distance 0.5
+  octofold check brain.ply --within brain.nii.gz --voxels 1";
 
 /// As validated.
 pub struct Check {
@@ -56,20 +66,37 @@ pub struct Check {
 
 struct Within {
     reference: Input,
-    distance: f64,
-    samples: usize,
+    allowed: Allowed,
+    surface: SurfaceArgs,
+}
+
+#[derive(Clone, Copy)]
+enum Allowed {
+    /// In the mesh's unit.
+    Distance(f64),
+    /// In voxels of the reference.
+    Voxels(f64),
 }
 
 impl Args {
     /// The claims, or why they make no sense.
     pub fn check(self) -> Result<Check> {
-        let within = match self.within.zip(self.distance) {
-            Some((path, distance)) => {
-                ensure!(distance >= 0.0, "--distance must not be negative");
-                let reference = ReadingArgs::default().of(&path)?;
-                Some(Within { reference, distance, samples: self.samples })
+        let allowed = self.distance.map(Allowed::Distance).or(self.voxels.map(Allowed::Voxels));
+        let (input, within) = match self.within.zip(allowed) {
+            Some((path, allowed)) => {
+                let (Allowed::Distance(most) | Allowed::Voxels(most)) = allowed;
+                ensure!(most >= 0.0, "--distance and --voxels must not be negative");
+                let [input, reference] = self.input.check_beside(&path)?;
+                (input, Some(Within { reference, allowed, surface: self.surface }))
             }
-            None => None,
+            None => {
+                let unused = self.surface == SurfaceArgs::default();
+                ensure!(
+                    unused,
+                    "--iso, --below, --labels and --open go with --within and a volume"
+                );
+                (self.input.check()?, None)
+            }
         };
         let all = !(self.closed
             || self.manifold
@@ -77,7 +104,7 @@ impl Args {
             || self.no_self_intersections
             || within.is_some());
         Ok(Check {
-            input: self.input.check()?,
+            input,
             closed: all || self.closed,
             manifold: all || self.manifold,
             oriented: all || self.oriented,
@@ -91,39 +118,104 @@ impl Check {
     /// Reads, checks and tells.
     pub fn run(self, job: &Job) -> Result<Outcome> {
         let mesh = self.input.open()?.read_mesh(&job.run)?.triangulate();
-        let measures = measure::measure(&mesh, Weld::Exact, &job.run)?;
         let asked = [
             (self.closed, closed as fn(&Measures) -> Claim),
             (self.manifold, manifold),
             (self.oriented, oriented),
             (self.no_self_intersections, no_self_intersections),
         ];
-        let mut claims: Vec<_> =
-            asked.iter().filter(|(asked, _)| *asked).map(|(_, claim)| claim(&measures)).collect();
-        if let Some(Within { reference, distance, samples }) = &self.within {
-            let reference = reference.open()?.read_mesh(&job.run)?.triangulate();
-            let apart = measure::compare(&mesh, &reference, *samples, &job.run)?;
-            claims.push(Claim {
-                name: "within",
-                holds: apart.hausdorff.is_some_and(|d| d <= *distance),
-                fact: match apart.hausdorff {
-                    Some(found) => {
-                        format!("the furthest samples are {found:?} apart, {distance:?} is allowed")
-                    }
-                    None => "one of the two has no triangles".into(),
-                },
-                places: Vec::new(),
-            });
+        // Nothing is measured that nobody asked for.
+        let measures = if job.json || asked.iter().any(|(asked, _)| *asked) {
+            Some(measure::measure(&mesh, Weld::Exact, &job.run)?)
+        } else {
+            None
+        };
+        let mut claims: Vec<_> = measures
+            .iter()
+            .flat_map(|m| asked.iter().filter(|(asked, _)| *asked).map(|(_, claim)| claim(m)))
+            .collect();
+        if let Some(within) = &self.within {
+            claims.push(within.claim(&mesh, &job.run)?);
         }
         let holds = claims.iter().all(|c| c.holds);
         if !job.json {
             job.answer(&claims.iter().map(line).collect::<Vec<_>>().join("\n"))?;
         }
         let answer = Some(Answer::Claims { holds, claims });
-        let input = Some(ShapeMeasures::Mesh(measures));
+        let input = measures.map(ShapeMeasures::Mesh);
         job.finish(Account { answer, input, ..Account::default() })?;
         Ok(if holds { Outcome::Holds } else { Outcome::DoesNotHold })
     }
+}
+
+impl Within {
+    fn claim(&self, mesh: &Mesh, run: &Run) -> Result<Claim> {
+        let opened = self.reference.open()?;
+        let shape = opened.read(run)?;
+        let (steps, placement) = match &shape {
+            Shape::Volume(volume) => {
+                let options = SurfaceOptions { method: Method::Cubes, ..self.surface.check()? };
+                (vec![Step::Surface(options)], Some(volume.placement()))
+            }
+            Shape::Soup(_) => {
+                let unused = self.surface == SurfaceArgs::default();
+                ensure!(unused, "--iso, --below, --labels and --open need a volume as REF");
+                (Vec::new(), None)
+            }
+        };
+        let Shape::Soup(reference) = pipeline(shape, &steps, run)?.shape else {
+            bail!("a surface is a mesh")
+        };
+        let reference = reference.triangulate();
+        match self.allowed {
+            Allowed::Distance(most) => claim(mesh, &reference, most, "", None, run),
+            Allowed::Voxels(most) => {
+                let placement = placement.context("--voxels needs a volume as REF")?;
+                let index = placement.inverse().context(
+                    "the samples of REF lie in one plane: there are no voxels to measure in",
+                )?;
+                let scale = LengthUnit::scale(mesh.unit, placement.unit);
+                let mesh = mesh.map(|p| index.place(p.map(|x| x * scale)));
+                let reference = reference.map(|p| index.place(p));
+                let [mesh, reference] = [mesh, reference].map(|m| Mesh { unit: None, ..m });
+                claim(&mesh, &reference, most, " voxels", Some(placement), run)
+            }
+        }
+    }
+}
+
+/// Decides the claim; `placement` leads back to the world.
+fn claim(
+    mesh: &Mesh,
+    reference: &Mesh,
+    allowed: f64,
+    unit: &str,
+    placement: Option<Placement>,
+    run: &Run,
+) -> Result<Claim> {
+    let verdict = measure::within(mesh, reference, allowed, run)?;
+    let (fact, place) = match verdict {
+        Verdict::Proven => {
+            (format!("no point of either is further than {allowed}{unit} from the other"), None)
+        }
+        Verdict::Empty => ("one of the two has no triangles".into(), None),
+        Verdict::Undecided { place, lower, upper, .. } => {
+            let found = format!("the furthest point found is {lower}{unit} away");
+            (format!("{found}, none is further than {upper}, {allowed} is allowed"), Some(place))
+        }
+        Verdict::Refuted { place, distance, .. } => {
+            // The first point found need not be the furthest.
+            let bounds = measure::hausdorff_bounds(mesh, reference, distance / 1000.0, run)?;
+            let ends = bounds.map(|b| [b.a_to_b, b.b_to_a]);
+            let furthest = ends.into_iter().flatten().max_by(|p, q| p.lower.total_cmp(&q.lower));
+            let (found, place) = furthest.map_or((distance, place), |f| (f.lower, f.place));
+            let text = format!("the furthest point found is {found}{unit} away");
+            (format!("{text}, {allowed} is allowed"), Some(place))
+        }
+    };
+    let world = |p| placement.map_or(p, |placement| placement.place(p));
+    let places = place.map(world).into_iter().collect();
+    Ok(Claim { name: "within", holds: verdict == Verdict::Proven, fact, places })
 }
 
 fn closed(m: &Measures) -> Claim {

@@ -28,6 +28,16 @@ pub struct Args {
     /// With ctel, keep the patches of the octants as they are: more triangles, sooner
     #[arg(long, conflicts_with = "labels")]
     no_collapse: bool,
+    #[command(flatten)]
+    which: SurfaceArgs,
+    /// Add vertex normals
+    #[arg(long)]
+    normals: bool,
+}
+
+/// Which surface of a volume is meant, as typed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, clap::Args)]
+pub struct SurfaceArgs {
     /// Value at which the surface runs [default: 0.5 for binary volumes, else Otsu's threshold,
     /// which is told]
     #[arg(long, value_name = "V", conflicts_with = "labels", allow_negative_numbers = true)]
@@ -41,9 +51,6 @@ pub struct Args {
     /// Leave the surface open where it meets the border of the volume
     #[arg(long, conflicts_with = "labels")]
     open: bool,
-    /// Add vertex normals
-    #[arg(long)]
-    normals: bool,
 }
 
 const AFTER_HELP: &str = "\
@@ -65,10 +72,23 @@ fn methods() -> impl TypedValueParser<Value = Method> {
     })
 }
 
+impl SurfaceArgs {
+    /// The options that say which surface is meant, and none of those that say how it is made.
+    pub fn check(&self) -> Result<SurfaceOptions> {
+        ensure!(self.iso.is_none_or(f64::is_finite), "--iso must be a finite number");
+        Ok(SurfaceOptions {
+            iso: self.iso,
+            inside: if self.below { Inside::Below } else { Inside::Above },
+            labels: self.labels,
+            open: self.open,
+            ..SurfaceOptions::default()
+        })
+    }
+}
+
 impl Args {
     /// Validates and finds the surface.
     pub fn run(self, job: &Job) -> Result<Outcome> {
-        ensure!(self.iso.is_none_or(f64::is_finite), "--iso must be a finite number");
         let tolerance = self.tolerance.unwrap_or(1.0);
         ensure!(
             tolerance.is_finite() && tolerance >= LEAST_TOLERANCE,
@@ -80,13 +100,10 @@ impl Args {
         );
         let options = SurfaceOptions {
             method: self.method,
-            iso: self.iso,
-            inside: if self.below { Inside::Below } else { Inside::Above },
-            labels: self.labels,
-            open: self.open,
             normals: self.normals,
             tolerance,
             collapse: !self.no_collapse,
+            ..self.which.check()?
         };
         let (input, output) = (self.input.check()?, self.output.check()?);
         job.convert(&input, vec![Step::Surface(options)], &output)

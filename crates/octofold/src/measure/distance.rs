@@ -10,6 +10,7 @@ use super::extent::Extent;
 use super::nearest::Nearest;
 use super::topology::Topology;
 use super::weld::weld_points;
+use crate::attributes::LengthUnit;
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::{Cancelled, Run};
@@ -62,7 +63,7 @@ pub struct Comparison {
 /// Where both have a unit, and not the same, `b` is converted to the unit of `a`.
 pub fn compare(a: &Mesh, b: &Mesh, samples: usize, run: &Run) -> Result<Comparison, Cancelled> {
     let a = Side::new(a, 1.0, run)?;
-    let b = Side::new(b, scale_to(a.mesh.unit, b), run)?;
+    let b = Side::new(b, LengthUnit::scale(b.unit, a.mesh.unit), run)?;
     let (a_to_b, b_to_a) = if a.mesh.triangles.is_empty() || b.mesh.triangles.is_empty() {
         (None, None)
     } else {
@@ -83,13 +84,6 @@ pub fn compare(a: &Mesh, b: &Mesh, samples: usize, run: &Run) -> Result<Comparis
         triangles_a: a.mesh.triangles.len(),
         triangles_b: b.mesh.triangles.len(),
     })
-}
-
-fn scale_to(unit: Option<crate::LengthUnit>, mesh: &Mesh) -> f64 {
-    match (unit, mesh.unit) {
-        (Some(to), Some(from)) if to != from => from.metres() / to.metres(),
-        _ => 1.0,
-    }
 }
 
 /// One of the meshes: welded, scaled, and without columns.

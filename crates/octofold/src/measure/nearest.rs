@@ -52,12 +52,12 @@ impl Nearest {
 
     /// The nearest point of the mesh; `None` where the mesh has no triangles.
     pub fn nearest(&self, query: [f64; 3]) -> Option<Hit> {
-        self.search(query, f64::INFINITY)
+        self.search(query.into(), f64::INFINITY, None).map(|best| self.hit(query, &best))
     }
 
     /// The nearest point of the mesh no farther than `distance`.
     pub fn nearest_within(&self, query: [f64; 3], distance: f64) -> Option<Hit> {
-        self.search(query, distance * distance)
+        self.search(query.into(), distance * distance, None).map(|best| self.hit(query, &best))
     }
 
     /// The nearest points for many queries, in their order.
@@ -72,14 +72,43 @@ impl Nearest {
         Ok(parts.concat())
     }
 
-    fn search(&self, query: [f64; 3], farthest_squared: f64) -> Option<Hit> {
-        let p = DVec3::from(query);
+    /// The faces, in an order of the index's own.
+    pub(super) fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// The nearest face no farther than `distance`, as its place in [`Self::faces`], and how far
+    /// it is. The answer is the same with any `hint`; one that is near saves most of the search.
+    pub(super) fn nearest_face(
+        &self,
+        query: DVec3,
+        distance: f64,
+        hint: Option<usize>,
+    ) -> Option<(usize, f64)> {
+        let best = self.search(query, distance * distance, hint)?;
+        Some((best.face, best.distance_squared.sqrt()))
+    }
+
+    fn hit(&self, query: [f64; 3], best: &Best) -> Hit {
+        Hit {
+            triangle: best.triangle,
+            point: (DVec3::from(query) + best.offset).to_array(),
+            distance_squared: best.distance_squared,
+        }
+    }
+
+    fn search(&self, p: DVec3, farthest_squared: f64, hint: Option<usize>) -> Option<Best> {
+        let query = p.to_array();
         let mut best = Best {
             distance_squared: farthest_squared,
             reach: self.reach(farthest_squared),
             triangle: u32::MAX,
+            face: 0,
             offset: DVec3::NAN,
         };
+        if let Some(face) = hint {
+            self.look_at(face, p, &mut best);
+        }
         let mut stack = [(0.0f64, 0u32); STACK];
         let mut waiting = usize::from(!self.tree.nodes.is_empty());
         while waiting > 0 {
@@ -106,27 +135,21 @@ impl Nearest {
                         stack[at] = (bounds[k], child);
                         waiting += 1;
                     }
-                    Child::Leaf(leaf) => {
-                        for i in leaf {
-                            let offset = self.faces[i].offset_from(p);
-                            let d = offset.length_squared();
-                            let triangle = self.tree.items[i].triangle;
-                            if d < best.distance_squared
-                                || (d == best.distance_squared && triangle < best.triangle)
-                            {
-                                let reach = self.reach(d);
-                                best = Best { distance_squared: d, reach, triangle, offset };
-                            }
-                        }
-                    }
+                    Child::Leaf(leaf) => leaf.for_each(|face| self.look_at(face, p, &mut best)),
                 }
             }
         }
-        (best.triangle != u32::MAX).then(|| Hit {
-            triangle: best.triangle,
-            point: (p + best.offset).to_array(),
-            distance_squared: best.distance_squared,
-        })
+        (best.triangle != u32::MAX).then_some(best)
+    }
+
+    #[inline]
+    fn look_at(&self, face: usize, p: DVec3, best: &mut Best) {
+        let offset = self.faces[face].offset_from(p);
+        let d = offset.length_squared();
+        let triangle = self.tree.items[face].triangle;
+        if d < best.distance_squared || (d == best.distance_squared && triangle < best.triangle) {
+            *best = Best { distance_squared: d, reach: self.reach(d), triangle, face, offset };
+        }
     }
 
     /// Squared distance within which a box may hold something that rounds to no farther than
@@ -142,6 +165,7 @@ struct Best {
     distance_squared: f64,
     reach: f64,
     triangle: u32,
+    face: usize,
     offset: DVec3,
 }
 
@@ -160,8 +184,9 @@ fn box_distances(node: &Node, p: [f64; 3]) -> [f64; 4] {
     sum
 }
 
+/// A triangle, made ready for distances.
 #[derive(Debug, Clone, Copy)]
-struct Face {
+pub(super) struct Face {
     a: DVec3,
     ab: DVec3,
     ac: DVec3,
@@ -176,6 +201,18 @@ impl Face {
         let doubled_area_squared = ab.cross(ac).length_squared();
         let sliver = doubled_area_squared <= SLIVER * longest * longest;
         Self { a, ab, ac, sliver }
+    }
+
+    /// Distance of `p` from the face, squared: up to rounding never less than that of a point of
+    /// the face.
+    #[inline]
+    pub(super) fn distance_squared(&self, p: DVec3) -> f64 {
+        self.offset_from(p).length_squared()
+    }
+
+    /// One corner, and the way from it to both others.
+    pub(super) fn spread(&self) -> [DVec3; 3] {
+        [self.a, self.ab, self.ac]
     }
 
     /// From `p` to the closest point of the face.

@@ -44,7 +44,7 @@ pub const fn edge_at(corner: usize, axis: usize) -> usize {
 }
 
 /// The corners of face `f`, counter-clockwise seen from outside the cell.
-const fn face_corners(f: usize) -> [usize; 4] {
+pub(super) const fn face_corners(f: usize) -> [usize; 4] {
     let (axis, side) = (f / 2, f % 2);
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     let base = side << axis;
@@ -55,9 +55,15 @@ const fn face_corners(f: usize) -> [usize; 4] {
     }
 }
 
-/// Both faces that contain edge `e`, as bits.
-pub fn faces_of_edge(e: usize) -> u8 {
-    let (axis, corner) = (edge_axis(e), edge_corner(e));
+/// The middles of edges are points 0 to 11, those of faces the points from here on.
+pub(super) const FIRST_FACE: usize = 12;
+
+/// The faces that contain an edge's or a face's middle, as bits.
+pub(super) fn faces_of(point: usize) -> u8 {
+    if let Some(f) = point.checked_sub(FIRST_FACE) {
+        return 1 << f;
+    }
+    let (axis, corner) = (edge_axis(point), edge_corner(point));
     let mut faces = 0;
     for other in (0..3).filter(|&a| a != axis) {
         faces |= 1 << (2 * other + (corner >> other & 1));
@@ -83,11 +89,11 @@ pub static RINGS: LazyLock<[Vec<Ring>; 256]> =
 impl Ring {
     fn new(edges: Vec<u8>) -> Self {
         let place = |e: u8| edges.iter().take_while(|&&other| other != e).count() as u32;
-        let triangles = triangulate(&edges).iter().map(|t| t.map(place)).collect();
+        let triangles = triangulate(&edges).into_iter().flatten().map(|t| t.map(place)).collect();
         let faces = (0..edges.len())
             .map(|i| {
                 let [a, b] = [edges[i], edges[(i + 1) % edges.len()]].map(usize::from);
-                (faces_of_edge(a) & faces_of_edge(b)).trailing_zeros() as u8
+                (faces_of(a) & faces_of(b)).trailing_zeros() as u8
             })
             .collect();
         Self { edges, faces, triangles }
@@ -119,7 +125,10 @@ pub static PATCHES: LazyLock<[Patch; 256]> = LazyLock::new(|| std::array::from_f
 fn patch(mask: usize) -> Patch {
     let mut patch = Patch::default();
     for ring in loops(mask) {
-        for t in triangulate(&ring) {
+        let Some(triangles) = triangulate(&ring) else {
+            unreachable!("every loop of two labels can be cut; all 256 masks are tested")
+        };
+        for t in triangles {
             patch.triangles[patch.count as usize] = t;
             patch.count += 1;
         }
@@ -191,15 +200,15 @@ pub fn loops(mask: usize) -> Vec<Vec<u8>> {
     found
 }
 
-/// Cuts a loop into triangles without a chord inside a face; of all such ways, the one with the
-/// shortest chords between edge middles.
-fn triangulate(ring: &[u8]) -> Vec<[u8; 3]> {
+/// Cuts a loop of middles into triangles without a chord inside a face; of all such ways, the one with the
+/// shortest chords. `None` where there is no such way.
+pub(super) fn triangulate(ring: &[u8]) -> Option<Vec<[u8; 3]>> {
     let chord = |i: usize, j: usize| -> Option<u32> {
         if j - i == 1 || j - i == ring.len() - 1 {
             return Some(0);
         }
         let (a, b) = (ring[i] as usize, ring[j] as usize);
-        (faces_of_edge(a) & faces_of_edge(b) == 0).then(|| {
+        (faces_of(a) & faces_of(b) == 0).then(|| {
             let (p, q) = (middle(a), middle(b));
             (0..3).map(|k| p[k].abs_diff(q[k]).pow(2)).sum()
         })
@@ -223,16 +232,17 @@ fn triangulate(ring: &[u8]) -> Vec<[u8; 3]> {
             })
             .min_by_key(|way| way.0)
     }
-    match best(0, ring.len() - 1, &chord) {
-        Some((_, triangles)) => triangles.iter().map(|t| t.map(|i| ring[i])).collect(),
-        None => unreachable!("every loop can be cut; all 256 masks are tested"),
-    }
+    let (_, triangles) = best(0, ring.len() - 1, &chord)?;
+    Some(triangles.iter().map(|t| t.map(|i| ring[i])).collect())
 }
 
-/// Middle of edge `e` in half cells.
-fn middle(e: usize) -> [u32; 3] {
-    let corner = edge_corner(e);
-    std::array::from_fn(|a| if a == edge_axis(e) { 1 } else { 2 * (corner >> a & 1) as u32 })
+/// Middle of an edge or a face, in half cells.
+pub(super) fn middle(point: usize) -> [u32; 3] {
+    if let Some(f) = point.checked_sub(FIRST_FACE) {
+        return std::array::from_fn(|a| if a == f / 2 { 2 * (f % 2) as u32 } else { 1 });
+    }
+    let corner = edge_corner(point);
+    std::array::from_fn(|a| if a == edge_axis(point) { 1 } else { 2 * (corner >> a & 1) as u32 })
 }
 
 #[cfg(test)]
@@ -259,7 +269,7 @@ mod tests {
             assert_eq!(patch.triangles().len(), on_faces - 2 * rings.len());
             for (&(a, b), &n) in &uses {
                 assert_eq!(n, 1, "mask {mask}");
-                let on_face = faces_of_edge(a.into()) & faces_of_edge(b.into()) != 0;
+                let on_face = faces_of(a.into()) & faces_of(b.into()) != 0;
                 // Chords pair up inside the cell; segments on faces are left to the neighbour.
                 assert_eq!(uses.contains_key(&(b, a)), !on_face, "mask {mask}");
             }
@@ -273,7 +283,7 @@ mod tests {
         for t in PATCHES[mask].triangles() {
             for i in 0..3 {
                 let (a, b) = (t[i], t[(i + 1) % 3]);
-                if faces_of_edge(a.into()) & faces_of_edge(b.into()) & 1 << f != 0 {
+                if faces_of(a.into()) & faces_of(b.into()) & 1 << f != 0 {
                     open.push((a, b));
                 }
             }

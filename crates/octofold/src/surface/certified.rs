@@ -290,7 +290,7 @@ mod tests {
         let expected = measure(&reference, Weld::Off, &run).unwrap();
         assert_eq!(found.self_intersections, 0);
         assert_eq!(found.zero_area_triangles, 0);
-        assert!(found.manifold || mesh.triangles.is_empty());
+        assert!(found.manifold || mesh.triangles.is_empty(), "{found:?}");
         assert!(found.oriented || mesh.triangles.is_empty());
         assert_eq!(found.closed, expected.closed);
         assert_eq!(

@@ -12,7 +12,7 @@
 use super::cells::{Cells, State};
 use crate::octree::VertexName;
 use crate::surface::cell::{
-    NO_EDGE, ONWARD, crossed, edge_at, edge_axis, edge_corner, faces_of_edge, loops,
+    NO_EDGE, ONWARD, crossed, edge_at, edge_axis, edge_corner, faces_of, loops,
 };
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -90,7 +90,7 @@ static SHARES: LazyLock<Box<[[i8; 256]; 64]>> = LazyLock::new(|| {
                 .filter(|f| faces >> f & 1 == 0)
                 .map(|f| ONWARD[mask][f].iter().filter(|&&e| e != NO_EDGE).count() as i8)
                 .sum();
-            let on_boundary = |e: &usize| faces & faces_of_edge(*e) as usize != 0;
+            let on_boundary = |e: &usize| faces & faces_of(*e) as usize != 0;
             let free = (0..12).filter(|e| crossed(mask) >> e & 1 == 1 && !on_boundary(e));
             shares[faces][mask] = discs - 2 * segments + free.count() as i8;
         }
@@ -190,7 +190,7 @@ fn trace(cells: &Cells, bounds: [[u32; 3]; 2], first: Step, most: usize) -> Opti
         let mask = cells.mask(at.cell);
         let edge = onward[mask][at.face as usize][at.edge as usize];
         debug_assert_ne!(edge, NO_EDGE);
-        let other = faces_of_edge(edge.into()) & !(1 << at.face);
+        let other = faces_of(edge.into()) & !(1 << at.face);
         let corner = cells.corner(at.cell);
         at = if faces_on(bounds, corner) & other != 0 {
             // Round an edge of the box, within the same cell.
