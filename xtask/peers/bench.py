@@ -37,12 +37,16 @@ def stages(report, names):
     return sum(s["seconds"] for s in report["stages"] if s["name"] in names)
 
 
-def seconds(names, *words):
-    """Seconds of the named stages, without the measures that a report takes."""
+def told(*words):
+    """Seconds of each stage, without the measures that a report takes."""
     words = [OCTOFOLD, *map(str, words), "--verbose"]
     said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
     lines = (line.split(" s ", 1) for line in said.splitlines() if " s  " in line)
-    return sum(float(s) for s, name in lines if name.strip() in names)
+    return {name.strip(): float(s) for s, name in lines}
+
+
+def seconds(names, *words):
+    return sum(s for name, s in told(*words).items() if name in names)
 
 
 def cpu(work):
@@ -207,5 +211,6 @@ def models(_):
     print(f"{len(files)} files, {differ} differ")
 
 
-with tempfile.TemporaryDirectory() as folder:
-    {"cubes": cubes, "cells": cells, "solid": solid, "models": models}[WHAT](Path(folder))
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder:
+        {"cubes": cubes, "cells": cells, "solid": solid, "models": models}[WHAT](Path(folder))

@@ -15,7 +15,8 @@ const USAGE: &str = "\
 cargo xtask test          everything that CI checks
 cargo xtask tidy          the conventions of the repository
 cargo xtask sweep NAME    the whole of a large sweep: formats, cubes or voxels
-cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid or models";
+cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
+                          models or certified";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
