@@ -49,7 +49,7 @@ SAMPLES = 200_000
 PEERS_UP_TO = 600_000
 # Exact arithmetic on more triangles of a peer takes minutes.
 PAIRS_UP_TO = 200_000
-STEPS = 8
+STRIDES, BISECTIONS = 8, 4
 ROUNDS = 7
 
 
@@ -99,10 +99,10 @@ def peers(folder):
             beside(name, size, "octofold ctel", "1 voxel", ours, seconds, reference, base)
             with OpenVdb(folder, *mesh) as grid:
                 ways = {
-                    "OpenVDB": (grid.convert, lambda t: t),
+                    "OpenVDB": (grid.convert, lambda t: t**3),
                     "fast-simplification": (fast_simplification(*mesh), lambda t: 0.3 ** (1 - t) * 1e-4**t),
                     "meshoptimizer": (meshoptimizer(*mesh), lambda t: 0.05 * 320**t),
-                    "MeshLib": (meshlib(*mesh), lambda t: 0.05 * 320**t),
+                    "MeshLib": (meshlib(*mesh), lambda t: 0.05 * 20_000**t),
                 }
                 for way, (reduce, setting) in ways.items():
                     best = fewest(reduce, setting, reference)
@@ -126,21 +126,25 @@ def beside(name, size, way, setting, mesh, seconds, reference, base):
 def fewest(reduce, setting, reference):
     """The setting, mesh and seconds of the fewest triangles within the tolerance, or nothing.
 
-    `setting` goes from fine at 0 to coarse at 1. Distances do not always grow with it, so every
-    step that holds is remembered, and the best are measured again with all samples.
+    `setting` goes from fine at 0 to coarse at 1. Distances do not always grow with it, so it is
+    first taken from coarse to fine until one holds, then bisected beside that; all that held are
+    remembered, and the best are measured again with all samples.
     """
-    held, low, high = [], 0.0, 1.0
-    for step in range(STEPS):
-        # The coarsest first: it may hold.
-        at = 1.0 if step == 0 else (low + high) / 2
+    held = []
+
+    def holds(at):
         mesh, seconds = reduce(setting(at))
-        if len(mesh[1]) and max(reference.distances(*mesh, SAMPLES // 4)) <= TOLERANCE:
-            held.append((len(mesh[1]), setting(at), mesh, seconds))
-            low = at
-            if at == 1.0:
-                break
-        else:
-            high = at
+        if not len(mesh[1]) or max(reference.distances(*mesh, SAMPLES // 4)) > TOLERANCE:
+            return False
+        held.append((len(mesh[1]), setting(at), mesh, seconds))
+        return True
+
+    low = next((at for at in np.linspace(1, 0, STRIDES + 1) if holds(at)), None)
+    if low is not None and low < 1:
+        high = low + 1 / STRIDES
+        for _ in range(BISECTIONS):
+            at = (low + high) / 2
+            low, high = (at, high) if holds(at) else (low, at)
     for _, *best in sorted(held, key=lambda one: one[0]):
         if max(reference.distances(*best[1], SAMPLES)) <= TOLERANCE + ROUNDING:
             return best
@@ -249,7 +253,8 @@ def meshlib(points, faces):
     def reduce(error):
         mesh = mrmeshnumpy.meshFromFacesVerts(f, p)
         settings = mrmeshpy.DecimateSettings()
-        settings.maxError, settings.packMesh = error, True
+        # Its quadric error is far above the distance, and its default forbids long triangles.
+        settings.maxError, settings.maxTriangleAspectRatio, settings.packMesh = error, 1000, True
         start = time.perf_counter()
         mrmeshpy.decimateMesh(mesh, settings)
         seconds = time.perf_counter() - start
