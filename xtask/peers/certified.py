@@ -52,6 +52,7 @@ PEERS_UP_TO = 600_000
 # Exact arithmetic on more triangles of a peer takes minutes.
 PAIRS_UP_TO = 200_000
 STRIDES, BISECTIONS = 8, 4
+BALLS = (256, 512, 1024)
 ROUNDS = 7
 
 
@@ -279,7 +280,7 @@ def speed(folder):
     import vtk
     from vtk.util.numpy_support import numpy_to_vtk
 
-    sizes = (256, 512, 1024)
+    sizes = BALLS
     best = {}
     for size in sizes:
         volume = mask(folder, "sphere", size)
