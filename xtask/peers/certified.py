@@ -315,7 +315,7 @@ def speed(folder):
             row(size, way, f"{one:.4f}", f"{one / best[size, 'flying edges', 1]:.2f}", f"{two:.4f}", f"{one / two:.2f}")
     print("\nExponents of the size, one thread:\n")
     row("way", *(f"{a} to {b}" for a, b in zip(sizes, sizes[1:])))
-    rule(3)
+    rule(1 + len(sizes[1:]))
     for way in ("flying edges", "mc", "ctel"):
         row(way, *(f"{np.log2(best[b, way, 1] / best[a, way, 1]):.2f}" for a, b in zip(sizes, sizes[1:])))
     print()
