@@ -40,12 +40,16 @@ def stages(report, names):
     return sum(s["seconds"] for s in report["stages"] if s["name"] in names)
 
 
-def seconds(names, *words):
-    """Seconds of the named stages, without the measures that a report takes."""
+def told(*words):
+    """Seconds of each stage, without the measures that a report takes."""
     words = [OCTOFOLD, *map(str, words), "--verbose"]
     said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
     lines = (line.split(" s ", 1) for line in said.splitlines() if " s  " in line)
-    return sum(float(s) for s, name in lines if name.strip() in names)
+    return {name.strip(): float(s) for s, name in lines}
+
+
+def seconds(names, *words):
+    return sum(s for name, s in told(*words).items() if name in names)
 
 
 def cpu(work):
@@ -94,7 +98,7 @@ def cubes(folder):
             wall = time.perf_counter()
             triangles.add(flying_edges())
             theirs[threads].append(time.perf_counter() - wall)
-            words = ["surface", file, folder / "gyroid.ply", "--iso", 0, "--open", "--threads", threads]
+            words = ["surface", file, folder / "gyroid.ply", "--method", "mc", "--iso", 0, "--open", "--threads", threads]
             ours[threads].append(seconds(["count", "march"], *words))
     with open(folder / "gyroid.ply", "rb") as ply:
         triangles.add(int(ply.read(4000).split(b"element face ")[1].split()[0]))
@@ -103,7 +107,7 @@ def cubes(folder):
         a, b = min(ours[threads]), min(theirs[threads])
         print(f"{threads} threads: ours {a:.3f} s, flying edges {b:.3f} s, {b / a:.2f} times faster")
     print(f"two threads against one: {min(ours[1]) / min(ours[2]):.2f} times faster")
-    closed = octofold("surface", file, folder / "closed.ply", "--iso", 0)["output"]
+    closed = octofold("surface", file, folder / "closed.ply", "--method", "mc", "--iso", 0)["output"]
     print({k: closed[k] for k in ("triangles", "closed", "manifold", "oriented", "boundary_edges")})
 
 
@@ -292,7 +296,7 @@ def labels(folder):
             words = ["surface", parts, folder / "labels.ply", "--labels", "--threads", 1]
             times["walls"].append(seconds(["count", "march"], *words))
             times["shells"].append(seconds(["shells"], *words))
-            words = ["surface", union, folder / "union.ply", "--iso", 0.5, "--threads", 1]
+            words = ["surface", union, folder / "union.ply", "--method", "mc", "--iso", 0.5, "--threads", 1]
             times["union"].append(seconds(["count", "march"], *words))
         best = {key: min(value) for key, value in times.items()}
         ours = trimesh.load(folder / "labels.ply", process=False)
@@ -330,5 +334,6 @@ def labels(folder):
         print(f"  zmesh: {mesher_seconds:.3f} CPU s, {sum(map(len, of))} triangles in shells, defects {defects}")
 
 
-with tempfile.TemporaryDirectory() as folder:
-    {"cubes": cubes, "cells": cells, "solid": solid, "models": models, "labels": labels}[WHAT](Path(folder))
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder:
+        {"cubes": cubes, "cells": cells, "solid": solid, "models": models, "labels": labels}[WHAT](Path(folder))

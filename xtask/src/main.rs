@@ -16,7 +16,7 @@ cargo xtask test          everything that CI checks
 cargo xtask tidy          the conventions of the repository
 cargo xtask sweep NAME    the whole of a large sweep: formats, cubes or voxels
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
-                          models or labels";
+                          models, labels or certified";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

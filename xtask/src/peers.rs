@@ -13,13 +13,14 @@ pub fn run() -> Result<()> {
     must(Command::new(python).arg(check).arg(octofold()).arg(demo::folder()))
 }
 
-/// Measures octofold beside its peers; `name` is one of the parts of the script.
+/// Measures octofold beside its peers; `name` is one of the parts of the scripts.
 pub fn bench(name: &str) -> Result<()> {
     must(&mut cargo(&["build", "--release", "--package", "octofold-cli"]))?;
     let python = environment("rivals")?;
     let data = std::env::var_os("OCTOFOLD_DATA")
         .map_or_else(|| root().join("../shared/data"), PathBuf::from);
-    let script = root().join("xtask/peers/bench.py");
+    let script = if name == "certified" { "certified.py" } else { "bench.py" };
+    let script = root().join("xtask/peers").join(script);
     must(Command::new(python).arg(script).arg(octofold()).arg(name).arg(data))
 }
 

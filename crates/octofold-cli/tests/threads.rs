@@ -23,6 +23,7 @@ fn files_and_answers_do_not_depend_on_threads() {
         &["voxelize", "kettle.ply", "thin6.vox", "--resolution", "60", "--fill", "thin6"],
         &["voxelize", "scan.ply", "scan.nii.gz", "--resolution", "40"],
         &["surface", "solid.nrrd", "solid.glb"],
+        &["surface", "solid.nrrd", "solid-mc.glb", "--method", "mc"],
         &["surface", "gyroid.npy", "gyroid.stl", "--iso", "0", "--below"],
         &["surface", "thin6.vox", "labels.glb", "--labels"],
         &["convert", "kettle.ply", "kettle.3mf"],

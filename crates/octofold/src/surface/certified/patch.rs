@@ -86,12 +86,16 @@ fn simplify(chain: &[DVec3], tolerance: f64, kept: &mut Vec<usize>) {
     let last = chain.len() - 1;
     let turned = chain[last].to_array() < chain[0].to_array();
     let at = |i: usize| chain[if turned { last - i } else { i }];
+    // Chains in two faces of an octant must not both fall onto the edge between them.
+    let way = chain[last] - chain[0];
+    let is_level = way.to_array().iter().filter(|&&x| x == 0.0).count() == 2;
     let first = kept.len();
     let mut stack = vec![(0, last)];
     kept.push(0);
     while let Some((a, b)) = stack.pop() {
         let (p, d) = (at(a), at(b) - at(a));
         let length = d.length_squared();
+        let tolerance = if (a, b) == (0, last) && is_level { 0.0 } else { tolerance };
         let mut farthest = (tolerance * tolerance, None);
         for i in a + 1..b {
             let r = at(i) - p;
