@@ -7,9 +7,12 @@ use crate::{cargo, must};
 use anyhow::{Context, Result};
 
 /// Name, package and filters of each sweep.
-const SWEEPS: [(&str, &str, &[&str]); 3] = [
+const SWEEPS: [(&str, &str, &[&str]); 6] = [
     ("formats", "octofold-io", &[]),
-    ("cubes", "octofold", &["surface"]),
+    ("certified", "octofold", &["surface::certified"]),
+    ("cubes", "octofold", &["surface::cell", "surface::cubes"]),
+    ("labels", "octofold", &["surface::labels"]),
+    ("published", "octofold", &["surface::adaptive", "surface::tel"]),
     ("voxels", "octofold", &["voxelize", "scan", "spans", "octree", "lattice", "radix"]),
 ];
 

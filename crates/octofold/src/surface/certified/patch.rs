@@ -151,10 +151,10 @@ pub fn fill(tube: &Tube, octant: Octant, range: Range<u32>, polygon: Vec<Vertex>
     let bounds = octant.bounds(tube.cells);
     let surface = Piece::of_octant(tube.cells, octant, range.clone());
     let mut points: Vec<DVec3> = polygon.iter().map(|v| v.at.into()).collect();
-    if let Some(triangles) = by_chords(&points, bounds) {
-        if let Some(pieces) = prove(tube, &surface, &points, &triangles) {
-            return Some(Patch { polygon, steiner: None, triangles, pieces });
-        }
+    if let Some(triangles) = by_chords(&points, bounds)
+        && let Some(pieces) = prove(tube, &surface, &points, &triangles)
+    {
+        return Some(Patch { polygon, steiner: None, triangles, pieces });
     }
     let fan: Vec<[u8; 3]> =
         (0..count).map(|i| [i as u8, ((i + 1) % count) as u8, count as u8]).collect();

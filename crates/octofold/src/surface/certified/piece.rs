@@ -140,10 +140,10 @@ impl Piece {
     /// The few largest pieces that make up the surface in an octant.
     pub fn of_octant(cells: &Cells, octant: Octant, range: Range<u32>) -> Vec<Self> {
         let brick = |cell| cells.brick_of(cell);
-        if octant.size >= BRICK {
-            if let (Some(first), Some(last)) = (brick(range.start), brick(range.end - 1)) {
-                return (first..=last).map(|number| Self { number, part: BRICK_PART }).collect();
-            }
+        if octant.size >= BRICK
+            && let (Some(first), Some(last)) = (brick(range.start), brick(range.end - 1))
+        {
+            return (first..=last).map(|number| Self { number, part: BRICK_PART }).collect();
         }
         range.map(|number| Self { number, part: CELL }).collect()
     }
