@@ -42,11 +42,11 @@ fn next_up<T: Scalar>(value: T) -> Option<T> {
 /// `shift` is 0 or 1.
 pub fn pack<T: Scalar>(samples: &[T], inside: impl Fn(T) -> bool, shift: usize, row: &mut [u64]) {
     fill(samples.len(), shift, row, |range| {
-        let mut word = 0;
-        for (i, &s) in samples[range].iter().enumerate() {
-            word |= u64::from(inside(s)) << i;
+        let mut flags = [0; 64];
+        for (flag, &s) in flags.iter_mut().zip(&samples[range]) {
+            *flag = u8::from(inside(s));
         }
-        word
+        gather(&flags)
     });
 }
 
@@ -80,6 +80,16 @@ fn fill(
         *out = word << shift | carry;
         carry = if shift == 0 { 0 } else { word >> (64 - shift) };
     }
+}
+
+/// The word whose bit i is byte i, each of them 0 or 1. The comparisons that fill the bytes run many
+/// at a time, and so does this: byte i times 2^(56 - 7 i) lands on bit i of the top byte.
+fn gather(flags: &[u8; 64]) -> u64 {
+    let (eights, _) = flags.as_chunks::<8>();
+    eights.iter().rev().fold(0, |word, &eight| {
+        let bits = u64::from_le_bytes(eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        word << 8 | bits
+    })
 }
 
 /// Calls `visit` with the position of every set bit, lowest first.

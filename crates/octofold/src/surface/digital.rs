@@ -218,7 +218,7 @@ impl<'a> DigitalSurface<'a> {
         }
         let region = Region { start: start.map(|i| i as usize), end: end.map(|i| i as usize) };
         let pair = self.volume.read(region)?;
-        Ok(share(self.options.iso, pair.value(0), pair.value(1)))
+        Ok(f64::from(share(self.options.iso, pair.value(0), pair.value(1))))
     }
 
     fn sample(&self, point: [u32; 3]) -> [i64; 3] {

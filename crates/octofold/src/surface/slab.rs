@@ -14,10 +14,10 @@ use std::ops::Range;
 pub(super) const MARGIN: f64 = 1.0 / 1024.0;
 
 /// Where the isosurface cuts an edge between two samples, as a share of the edge from the first.
-pub(super) fn share(iso: f64, from: f64, to: f64) -> f64 {
+pub(super) fn share(iso: f64, from: f64, to: f64) -> f32 {
     let share = (iso - from) / (to - from);
     // Not a number where a sample is not one.
-    if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) }
+    if share.is_nan() { 0.5 } else { share.clamp(MARGIN, 1.0 - MARGIN) as f32 }
 }
 
 /// The lattice of samples with its optional ring of outside samples.
@@ -86,7 +86,7 @@ impl<'a> Frame<'a> {
         &self,
         volume: &dyn Volume,
         layers: Range<usize>,
-        work: impl FnOnce(&Slab, &dyn Fn([[usize; 3]; 2]) -> f64) -> R,
+        work: impl FnOnce(&Slab, &dyn Fn([[usize; 3]; 2]) -> f32) -> R,
     ) -> Result<R, VolumeError> {
         let Some(region) = self.region(volume, &layers) else {
             return Ok(work(&self.empty_slab(layers), &|_| 0.5));
@@ -119,7 +119,7 @@ impl<'a> Frame<'a> {
     }
 
     /// [`share`] of values of which one may lie in the ring: there, in the middle.
-    fn share(&self, low: Option<f64>, high: Option<f64>) -> f64 {
+    fn share(&self, low: Option<f64>, high: Option<f64>) -> f32 {
         low.zip(high).map_or(0.5, |(a, b)| share(self.options.iso, a, b))
     }
 
@@ -171,7 +171,7 @@ impl<'a> Frame<'a> {
             bits::ones(crossed, |bit| {
                 let x = 64 * word + bit;
                 let value = |row: Option<usize>, x| Some(samples[row? + self.real(x, 0)?].to_f64());
-                shares.push(self.share(value(low, x), value(high, x + step)) as f32);
+                shares.push(self.share(value(low, x), value(high, x + step)));
             });
         });
         shares

@@ -371,7 +371,7 @@ impl Part {
     /// `ahead` is the coordinate of lattice point 0.
     fn new(
         slab: &Slab,
-        share: &dyn Fn([[usize; 3]; 2]) -> f64,
+        share: &dyn Fn([[usize; 3]; 2]) -> f32,
         plan: &Bricks,
         ahead: u32,
         binary: bool,
@@ -469,7 +469,7 @@ impl Part {
     }
 
     /// Where the crossed edges of a brick's cells are cut.
-    fn share(&mut self, b: usize, share: &dyn Fn([[usize; 3]; 2]) -> f64, ahead: u32) {
+    fn share(&mut self, b: usize, share: &dyn Fn([[usize; 3]; 2]) -> f32, ahead: u32) {
         for cell in self.bricks[b].1.range() {
             let at = self.at[cell].map(|x| x as usize - ahead as usize);
             bits::ones(crossed(self.masks[cell] as usize).into(), |edge| {
@@ -477,7 +477,7 @@ impl Part {
                 let low: [usize; 3] = std::array::from_fn(|a| at[a] + (corner >> a & 1));
                 let mut high = low;
                 high[edge_axis(edge)] += 1;
-                let steps = (share([low, high]) * STEPS).round().clamp(1.0, STEPS - 1.0);
+                let steps = (f64::from(share([low, high])) * STEPS).round().clamp(1.0, STEPS - 1.0);
                 self.shares.push(steps as u16);
             });
             self.starts.push(self.shares.len() as u32);
