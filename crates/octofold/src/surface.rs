@@ -171,3 +171,37 @@ fn noise(dims: [usize; 3], seed: u64, smooth: u64) -> crate::volume::DenseVolume
     volume.binary = true;
     volume
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::par;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(crate::sweep::cases(48))]
+
+        #[test]
+        fn threads_do_not_change_a_byte(
+            dims in prop::array::uniform3(1usize..14),
+            seed in any::<u64>(),
+            smooth in 1u64..7,
+        ) {
+            let volume = noise(dims, seed, smooth);
+            for method in Method::ALL {
+                let options = SurfaceOptions { method, ..SurfaceOptions::default() };
+                let found = [1, 2, 3, 8].map(|threads| {
+                    par::with_threads(threads, || {
+                        surface(&volume, &options, &Run::default()).unwrap()
+                    })
+                });
+                prop_assert!(found.windows(2).all(|f| f[0] == f[1]), "{}", method.name());
+                let Surface { mesh, account } = &found[0];
+                prop_assert!(mesh.check().is_ok());
+                if let Some(account) = account.as_ref().and_then(SurfaceAccount::octree) {
+                    prop_assert_eq!(mesh.triangles.len(), account.closed.triangles);
+                }
+            }
+        }
+    }
+}

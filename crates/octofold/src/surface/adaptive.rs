@@ -115,10 +115,8 @@ fn filled(seam: &Seam, sheets: &[Sheet]) -> Insertion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::par;
     use crate::samples::Sample;
     use crate::surface::{Inside, Tally, marching_cubes, noise};
-    use proptest::prelude::*;
 
     const BELOW: CubesOptions = CubesOptions { iso: 0.0, inside: Inside::Below, open: false };
 
@@ -187,26 +185,6 @@ mod tests {
             assert!(mesh.points.iter().all(|p| points.binary_search_by(|q| order(q, p)).is_ok()));
             assert!(mesh.triangles.len() < cubes.triangles.len());
             assert_eq!(mesh.triangles.len(), found.closed.triangles);
-        }
-    }
-
-    proptest! {
-        #![proptest_config(crate::sweep::cases(48))]
-
-        #[test]
-        fn threads_do_not_change_a_byte(
-            dims in prop::array::uniform3(1usize..14),
-            seed in any::<u64>(),
-            smooth in 1u64..7,
-        ) {
-            let volume = noise(dims, seed, smooth);
-            let found = [1, 2, 3, 8].map(|threads| {
-                par::with_threads(threads, || {
-                    adaptive_cubes(&volume, &MASK, &Run::default()).unwrap()
-                })
-            });
-            prop_assert!(found.windows(2).all(|f| f[0] == f[1]));
-            prop_assert!(found[0].0.check().is_ok());
         }
     }
 }

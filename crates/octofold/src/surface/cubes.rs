@@ -228,7 +228,7 @@ impl March<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::volume::{DenseVolume, Placement, Region};
     use proptest::prelude::*;
@@ -251,6 +251,7 @@ mod tests {
             assert_eq!(n, 1, "edge {a} {b}");
             assert!(half_edges.contains_key(&(b, a)), "edge {a} {b} is open");
         }
+        assert_eq!(after.len(), mesh.points.len(), "a point has no triangle");
         for (point, ring) in after {
             let (&start, &(mut at)) = ring.iter().next().unwrap();
             let mut length = 1;

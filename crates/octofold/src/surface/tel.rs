@@ -146,10 +146,8 @@ fn sheet(octant: CellKey, ring: &[polyline::Point], triangles: Vec<[u32; 3]>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::par;
     use crate::samples::Sample;
-    use crate::surface::{Inside, noise};
-    use proptest::prelude::*;
+    use crate::surface::Inside;
 
     const BELOW: CubesOptions = CubesOptions { iso: 0.0, inside: Inside::Below, open: false };
 
@@ -214,25 +212,5 @@ mod tests {
         let volume = crate::volume::DenseVolume::new([5; 3], vec![0u8; 125], Default::default());
         let (mesh, found) = tel(&volume.unwrap(), &MASK, &Run::default()).unwrap();
         assert!(mesh.points.is_empty() && found.octants == 0);
-    }
-
-    proptest! {
-        #![proptest_config(crate::sweep::cases(48))]
-
-        #[test]
-        fn threads_do_not_change_a_byte(
-            dims in prop::array::uniform3(1usize..14),
-            seed in any::<u64>(),
-            smooth in 1u64..7,
-        ) {
-            let volume = noise(dims, seed, smooth);
-            let found = [1, 2, 3, 8].map(|threads| {
-                par::with_threads(threads, || tel(&volume, &MASK, &Run::default()).unwrap())
-            });
-            prop_assert!(found.windows(2).all(|f| f[0] == f[1]));
-            let (mesh, account) = &found[0];
-            prop_assert!(mesh.check().is_ok());
-            prop_assert_eq!(mesh.triangles.len(), account.closed.triangles);
-        }
     }
 }

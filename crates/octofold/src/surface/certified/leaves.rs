@@ -1,8 +1,8 @@
 //! The octants that carry a patch: the largest whose surface is a disc that a patch stands for.
 //!
-//! Bricks settle first, each for itself: the whole brick, or its children, down to single cells,
-//! which carry the surface itself. Where all octants below a parent are settled whole, the parent
-//! is tried. Neighbours of other sizes bring new break points to an octant's loop; its patch is
+//! Octants of one size settle first, each for itself: the whole octant, or its children, down to
+//! single cells, which carry the surface itself. Where all octants below a parent are settled whole,
+//! the parent is tried. Neighbours of other sizes bring new break points to an octant's loop; its patch is
 //! then made again, and where that fails the octant is split, until nothing changes.
 //!
 //! Source: the specification's A.8, step 5, and D.2; the driver of Nishio, Kobori and Kutsuwa

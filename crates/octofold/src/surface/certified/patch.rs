@@ -14,8 +14,9 @@ use super::octant::{Octant, Step, planes};
 use super::piece::Piece;
 use super::tube::{Face, Tube};
 use crate::octree::VertexName;
+use crate::quadric::Quadric;
 use crate::surface::cell::PATCHES;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use std::ops::Range;
 
 /// Polygons with more vertices are not tried without a Steiner vertex.
@@ -219,17 +220,14 @@ fn by_chords(points: &[DVec3], bounds: [[u32; 3]; 2]) -> Option<Vec<[u8; 3]>> {
 /// the surface point nearest to the polygon's middle.
 fn steiners(tube: &Tube, range: Range<u32>, points: &[DVec3], bounds: [[u32; 3]; 2]) -> Vec<DVec3> {
     let middle = points.iter().sum::<DVec3>() / points.len() as f64;
-    let (mut form, mut side, mut weight) = (DMat3::ZERO, DVec3::ZERO, 0.0);
+    let mut planes = Quadric::default();
     let mut nearest = (f64::INFINITY, middle);
     for cell in range {
         for [a, b, c] in tube.cells.triangles(cell) {
             let area = (b - a).cross(c - a);
-            let size = area.length();
-            if size > 0.0 {
-                let n = area / size;
-                form += DMat3::from_cols(n * n.x, n * n.y, n * n.z) * size;
-                side += n * (size * n.dot(a - middle));
-                weight += size;
+            if let Some(normal) = area.try_normalize() {
+                // Near the origin the sums lose no digits.
+                planes += Quadric::plane(normal, a - middle, area.length());
             }
             for p in [a, b, c] {
                 if p.distance_squared(middle) < nearest.0 {
@@ -238,14 +236,13 @@ fn steiners(tube: &Tube, range: Range<u32>, points: &[DVec3], bounds: [[u32; 3];
             }
         }
     }
-    // A little weight on the middle settles directions that no plane speaks for.
-    let settled = form + DMat3::from_diagonal(DVec3::splat(1e-3 * weight));
-    let corner = middle + settled.inverse() * side;
+    // A little pull to the middle settles directions that no plane speaks for.
+    let corner = planes.lowest(DVec3::ZERO, 1e-3).map(|p| middle + p);
     let [low, high] = bounds.map(|b| DVec3::from(b.map(f64::from)));
     let margin = 1.0 / STEPS;
-    [corner, nearest.1]
+    corner
         .into_iter()
-        .filter(|p| p.is_finite())
+        .chain([nearest.1])
         .map(|p| ((p * STEPS).round() / STEPS).clamp(low + margin, high - margin))
         .collect()
 }

@@ -5,8 +5,8 @@
 //! there whole; pieces that do not are cut. From the patch to the surface: a face is pushed out and
 //! in by vectors no longer than the tolerance. Where the one copy lies wholly outside and the other
 //! wholly inside, the way from copy to copy through any point of the face meets the surface, and
-//! does so within the tolerance. A copy lies on one side where it meets only cells of that side and mixed
-//! cells whose surface it misses.
+//! does so within the tolerance. A copy lies on one side where it meets only cells of that side and
+//! mixed cells whose surface it misses.
 
 use super::cells::{Cells, State, WORD};
 use super::cover::cover;

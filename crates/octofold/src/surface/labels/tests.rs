@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::measure::{Weld, measure, self_intersections};
+use crate::surface::cubes::tests::assert_closed_manifold;
 use crate::surface::{CubesOptions, Inside, marching_cubes};
 use crate::volume::{DenseVolume, Placement};
 use proptest::prelude::*;
@@ -26,28 +27,6 @@ fn signed_volume(mesh: &Mesh) -> f64 {
         a.dot(b.cross(c))
     };
     (0..mesh.triangles.len()).map(six).sum::<f64>() / 6.0
-}
-
-/// Every edge has two triangles that run along it in opposite ways, and the triangles round every
-/// point form one fan.
-fn assert_closed_manifold(mesh: &Mesh) {
-    let mut after: BTreeMap<u32, BTreeMap<u32, u32>> = BTreeMap::new();
-    for t in &mesh.triangles {
-        for i in 0..3 {
-            let (a, b, c) = (t[i], t[(i + 1) % 3], t[(i + 2) % 3]);
-            assert!(a != b && after.entry(a).or_default().insert(b, c).is_none());
-        }
-    }
-    assert_eq!(after.len(), mesh.points.len());
-    for (point, ring) in after {
-        let (&start, &(mut at)) = ring.iter().next().unwrap();
-        let mut length = 1;
-        while at != start {
-            at = ring[&at];
-            length += 1;
-        }
-        assert_eq!(length, ring.len(), "point {point} has several fans");
-    }
 }
 
 /// Everything that is promised of the walls between some samples.
