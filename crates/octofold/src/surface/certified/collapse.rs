@@ -42,6 +42,8 @@ pub struct Tiling {
     pub points: Vec<DVec3>,
     pub tiles: Vec<Tile>,
     pub quadrics: Vec<Quadric>,
+    /// For each vertex the piece for which the last try of an edge at it failed.
+    pub witnesses: Vec<Option<Piece>>,
 }
 
 impl Tiling {
@@ -76,7 +78,8 @@ impl Tiling {
             let [a, b, c] = tile.corners.map(|p| points[p as usize]);
             tile.lack += rest * (b - a).cross(c - a).length() / 2.0;
         }
-        Self { points, tiles, quadrics }
+        let witnesses = vec![None; points.len()];
+        Self { points, tiles, quadrics, witnesses }
     }
 
     /// Volume within the mesh.
@@ -116,7 +119,7 @@ impl Tiling {
         let most = (0..3).map(|a| high[a] - low[a]).max().unwrap_or(1);
         let mut offset = 0;
         loop {
-            let last = size >= 2 * most;
+            let last = size > most + offset;
             self.round(tube, low, size, offset, run)?;
             if last {
                 return Ok(());
@@ -176,11 +179,14 @@ impl Tiling {
                 tiles.push(tile);
             }
         }
-        for (own, moved) in results {
-            tiles.extend(own);
-            for (point, at, quadric) in moved {
+        for reduced in results {
+            tiles.extend(reduced.tiles);
+            for (point, at, quadric) in reduced.moved {
                 self.points[point as usize] = at;
                 self.quadrics[point as usize] = quadric;
+            }
+            for (point, piece) in reduced.witnesses {
+                self.witnesses[point as usize] = Some(piece);
             }
         }
         self.tiles = tiles;

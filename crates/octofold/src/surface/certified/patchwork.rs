@@ -36,6 +36,8 @@ struct Spot {
     frozen: bool,
     moved: bool,
     version: u32,
+    /// The piece for which the last move failed.
+    witness: Option<Piece>,
 }
 
 /// A triangle within a box.
@@ -59,6 +61,15 @@ pub struct Patchwork<'a> {
     corner: DVec3,
     size: f64,
     bins: Bins,
+}
+
+/// What became of a box.
+pub struct Reduced {
+    pub tiles: Vec<Tile>,
+    /// Vertices that moved, with their places and quadrics.
+    pub moved: Vec<(u32, DVec3, Quadric)>,
+    /// For vertices of this box alone, the piece for which their last move failed.
+    pub witnesses: Vec<(u32, Piece)>,
 }
 
 /// An edge that may give way; the least cost comes first.
@@ -114,6 +125,7 @@ impl<'a> Patchwork<'a> {
                 frozen: false,
                 moved: false,
                 version: 0,
+                witness: tiling.witnesses[point as usize],
             })
             .collect();
         let at: Vec<[f64; 3]> =
@@ -154,8 +166,8 @@ impl<'a> Patchwork<'a> {
         patchwork
     }
 
-    /// The own triangles as tiles of the mesh, and the vertices that moved.
-    pub fn finish(self) -> (Vec<Tile>, Vec<(u32, DVec3, Quadric)>) {
+    /// The box as it has become.
+    pub fn finish(self) -> Reduced {
         let name = |c: u32| self.spots[c as usize].point;
         let tiles = self
             .scraps
@@ -169,7 +181,10 @@ impl<'a> Patchwork<'a> {
             })
             .collect();
         let moved = self.spots.iter().zip(&self.at).filter(|(s, _)| s.moved);
-        (tiles, moved.map(|(s, &at)| (s.point, at.into(), s.quadric)).collect())
+        let moved = moved.map(|(s, &at)| (s.point, at.into(), s.quadric)).collect();
+        let free = self.spots.iter().filter(|s| !s.frozen);
+        let witnesses = free.filter_map(|s| Some((s.point, s.witness?))).collect();
+        Reduced { tiles, moved, witnesses }
     }
 
     fn point(&self, spot: u32) -> DVec3 {
@@ -322,7 +337,7 @@ impl<'a> Patchwork<'a> {
         }
         let Some(place) = self.place(ends, sum) else { return false };
         let home = std::mem::replace(&mut self.at[kept as usize], place.to_array());
-        match self.try_star(&old, &becomes) {
+        match self.try_star(ends, &old, &becomes) {
             Some((faces, shared)) => {
                 self.take(ends, home.into(), &old, &becomes, faces, shared);
                 true
@@ -337,6 +352,7 @@ impl<'a> Patchwork<'a> {
     /// Proves the triangles that a star would become; gives their faces and pieces.
     fn try_star(
         &mut self,
+        ends: [u32; 2],
         old: &[u32],
         becomes: &[Option<[u32; 3]>],
     ) -> Option<(Vec<Face>, Vec<Vec<Piece>>)> {
@@ -359,14 +375,26 @@ impl<'a> Patchwork<'a> {
         for &t in old {
             pieces.extend_from_slice(&self.scraps[t as usize].pieces);
         }
-        // A few pieces tell at once where a star is bad.
-        let probes = pieces.iter().step_by(pieces.len() / PROBES + 1);
-        if !probes.into_iter().all(|&piece| self.tube.attach(piece, &faces, &mut found)) {
+        // Where the star is bad, what failed the last time or a few pieces all over it tell at once.
+        let witnesses = ends.map(|e| self.spots[e as usize].witness);
+        let known = witnesses.into_iter().flatten().filter(|w| pieces.contains(w));
+        let probes = pieces.iter().step_by(pieces.len() / PROBES + 1).copied();
+        let mut failed = None;
+        let mut is_near = |piece: Piece| {
+            let near = self.tube.attach(piece, &faces, &mut found);
+            failed = (!near).then_some(piece);
+            near
+        };
+        if !known.chain(probes).all(&mut is_near) {
+            ends.iter().for_each(|&e| self.spots[e as usize].witness = failed);
             return None;
         }
         found.clear();
-        if !pieces.iter().all(|&piece| self.tube.attach(piece, &faces, &mut found)) {
-            return None;
+        for &piece in &pieces {
+            if !self.tube.attach(piece, &faces, &mut found) {
+                ends.iter().for_each(|&e| self.spots[e as usize].witness = Some(piece));
+                return None;
+            }
         }
         if !self.is_clear(old, becomes, &faces) || !faces.iter().all(|f| self.tube.holds(f)) {
             return None;
