@@ -2,9 +2,9 @@
 //!
 //! A loop is cut at its break points, the crossings on an edge of any octant: each piece then lies
 //! in one face of the finer of the two octants beside it, and both simplify it in the same
-//! direction to the same polyline. The polygon so found is filled with triangles whose chords never
-//! lie in a face of the octant, or with a fan round one more vertex (a Steiner vertex) inside it.
-//! A patch is taken only where the tube proves it and no two of its triangles meet.
+//! direction to the same polyline. The polygon so found is filled with triangles that never lie in a
+//! face of the octant, nor do their chords, or with a fan round one more vertex (a Steiner vertex)
+//! inside it. A patch is taken only where the tube proves it and no two of its triangles meet.
 //!
 //! Source: the specification's A.8, steps 3 to 5; polylines and triangles in Nishio, Kobori and
 //! Kutsuwa 1997, sections 3.2 and 3.3.
@@ -170,8 +170,8 @@ pub fn fill(tube: &Tube, octant: Octant, range: Range<u32>, polygon: Vec<Vertex>
     None
 }
 
-/// The triangulation of a polygon of least area without a chord in a face of the octant, by
-/// dynamic programming (Klincsek 1980).
+/// The triangulation of a polygon of least area without a chord or a triangle in a face of the
+/// octant, by dynamic programming (Klincsek 1980).
 fn by_chords(points: &[DVec3], bounds: [[u32; 3]; 2]) -> Option<Vec<[u8; 3]>> {
     let count = points.len();
     if count > MOST_CHORDS {
@@ -192,6 +192,10 @@ fn by_chords(points: &[DVec3], bounds: [[u32; 3]; 2]) -> Option<Vec<[u8; 3]>> {
                 continue;
             }
             for k in i + 1..j {
+                // A triangle in a face could be that of the octant behind it, too.
+                if on[i] & on[k] & on[j] != 0 {
+                    continue;
+                }
                 let area = (points[k] - points[i]).cross(points[j] - points[i]).length();
                 let sum = cost[i][k] + cost[k][j] + area;
                 if sum < cost[i][j] {
