@@ -298,7 +298,8 @@ impl Desk<'_> {
             text(
                 "mc is marching cubes, amc adaptive marching cubes, tel the method of the paper as \
                  published. As in the paper, triangles of amc and tel are counted before cracks \
-                 are filled; the last table tells what filling leaves open."
+                 are filled; the last table tells what filling leaves open. Raw figures of ctel are \
+                 those before the collapse."
             ),
             self.pictured(),
             text("Edges of a single triangle, which filling left open, are red."),
