@@ -258,8 +258,11 @@ impl MappedVolume {
     /// Lets the pages of a large file go from time to time, `more` bytes of which are to be read.
     /// Those that are still in use come back.
     fn let_go(&self, more: usize) {
-        if self.bytes.len() > RESIDENT && self.read.fetch_add(more, Ordering::Relaxed) > RESIDENT {
-            self.read.store(0, Ordering::Relaxed);
+        if self.bytes.len() <= RESIDENT {
+            return;
+        }
+        if self.read.fetch_add(more, Ordering::Relaxed).saturating_add(more) > RESIDENT {
+            self.read.store(more, Ordering::Relaxed);
             self.bytes.release();
         }
     }
