@@ -2,13 +2,18 @@
 //!
 //! [`MappedVolume`] reads a region straight out of [`Bytes`]. Samples that are aligned, of this
 //! machine's byte order and in one piece are borrowed; otherwise only the region that was asked
-//! for is copied. So a file of any size is streamed by the block with almost no memory.
+//! for is copied. So a file of any size is streamed by the block with almost no memory: pages of a
+//! large file are let go of again and again.
 
 use crate::{At, Bytes, ReadError};
 use bytemuck::Pod;
 use octofold::volume::{Block, Label, Region, Scalar, ScalarType, VolumeError, cut};
 use octofold::{Finding, Placement, Run, Volume, with_samples};
 use std::borrow::Cow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Bytes that are read from a file larger than this, before its pages are let go of.
+const RESIDENT: usize = 256 << 20;
 
 /// How one sample lies in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,6 +108,8 @@ impl Layout {
 /// A volume over bytes.
 pub struct MappedVolume {
     bytes: Bytes,
+    /// How many were read since pages were let go of; counted where there are many.
+    read: AtomicUsize,
     layout: Layout,
     /// What samples are read as, before scaling.
     base: ScalarType,
@@ -151,6 +158,7 @@ impl MappedVolume {
         }
         let mut volume = Self {
             bytes,
+            read: AtomicUsize::new(0),
             layout,
             base: layout.stored.read_as(),
             scaling: None,
@@ -213,6 +221,7 @@ impl MappedVolume {
     fn samples<T: Pod>(&self, region: Region) -> Cow<'_, [T]> {
         let Layout { dims, strides, offset, big_endian, .. } = self.layout;
         let size = size_of::<T>();
+        self.let_go(region.len().saturating_mul(size));
         let swap = big_endian != cfg!(target_endian = "big") && align_of::<T>() > 1;
         if !swap && self.layout.is_packed() {
             let all = &self.bytes[offset..offset + strides[2] * dims[2]];
@@ -244,6 +253,18 @@ impl MappedVolume {
             }
         }
         Cow::Owned(samples)
+    }
+
+    /// Lets the pages of a large file go from time to time, `more` bytes of which are to be read.
+    /// Those that are still in use come back.
+    fn let_go(&self, more: usize) {
+        if self.bytes.len() <= RESIDENT {
+            return;
+        }
+        if self.read.fetch_add(more, Ordering::Relaxed).saturating_add(more) > RESIDENT {
+            self.read.store(more, Ordering::Relaxed);
+            self.bytes.release();
+        }
     }
 
     fn scalars<T: Scalar>(&self, region: Region) -> Block<'_> {

@@ -7,19 +7,27 @@ use std::sync::Arc;
 
 /// Bytes that are cheap to clone: owned, or mapped from a file.
 #[derive(Clone)]
-pub struct Bytes(Arc<dyn AsRef<[u8]> + Send + Sync>);
+pub struct Bytes(Arc<Held>);
+
+enum Held {
+    Owned(Vec<u8>),
+    Mapped(memmap2::Mmap),
+}
 
 impl std::ops::Deref for Bytes {
     type Target = [u8];
 
     fn deref(&self) -> &[u8] {
-        (*self.0).as_ref()
+        match &*self.0 {
+            Held::Owned(bytes) => bytes,
+            Held::Mapped(map) => map,
+        }
     }
 }
 
 impl From<Vec<u8>> for Bytes {
     fn from(bytes: Vec<u8>) -> Self {
-        Self(Arc::new(bytes))
+        Self(Arc::new(Held::Owned(bytes)))
     }
 }
 
@@ -37,12 +45,25 @@ impl Bytes {
             // read can fault this one, as with every reader that maps files.
             #[allow(unsafe_code)]
             if let Ok(map) = unsafe { memmap2::Mmap::map(&file) } {
-                return Ok(Self(Arc::new(map)));
+                return Ok(Self(Arc::new(Held::Mapped(map))));
             }
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(io)?;
         Ok(bytes.into())
+    }
+
+    /// Lets the pages of a mapped file go: they no longer count as this process's memory, and come
+    /// back from the file when they are read again.
+    pub fn release(&self) {
+        #[cfg(unix)]
+        if let Held::Mapped(map) = &*self.0 {
+            // SAFETY: the map is shared and read-only, so that every page is the file's own and
+            // reads the same when it comes back.
+            #[allow(unsafe_code)]
+            // Advice that is not taken costs memory only.
+            let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+        }
     }
 }
 
@@ -115,5 +136,26 @@ impl Source {
     /// Bytes without a file, for tests and pipes.
     pub fn from_bytes(name: &str, bytes: impl Into<Vec<u8>>) -> Self {
         Self { path: name.into(), bytes: bytes.into().into(), files: Box::new(NoFiles) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn pages_come_back() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        let expected: Vec<u8> = (0..100_000u32).map(|i| (i * 7 % 251) as u8).collect();
+        file.write_all(&expected).unwrap();
+        let bytes = Bytes::open(file.path()).unwrap();
+        for _ in 0..2 {
+            assert!(*bytes == *expected);
+            bytes.release();
+        }
+        let owned = Bytes::from(expected.clone());
+        owned.release();
+        assert!(*owned == *expected);
     }
 }

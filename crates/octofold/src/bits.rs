@@ -53,17 +53,22 @@ pub fn pack<T: Scalar>(samples: &[T], inside: impl Fn(T) -> bool, shift: usize, 
 /// Sets bit `shift + i` of `row` where `a[i]` and `b[i]` differ; all other bits are cleared.
 pub fn pack_unequal<T: Scalar>(a: &[T], b: &[T], shift: usize, row: &mut [u64]) {
     let len = a.len().min(b.len());
+    let (a, b) = (&a[..len], &b[..len]);
+    // Most stretches of neighbouring rows are equal, which is told faster at once.
+    if a == b {
+        row.fill(0);
+        return;
+    }
     fill(len, shift, row, |range| {
         let (a, b) = (&a[range.clone()], &b[range]);
-        // Most stretches of neighbouring rows are equal, which is told faster at once.
         if a == b {
             return 0;
         }
-        let mut word = 0;
-        for (i, (&s, &t)) in a.iter().zip(b).enumerate() {
-            word |= u64::from(s != t) << i;
+        let mut flags = [0; 64];
+        for (flag, (&s, &t)) in flags.iter_mut().zip(a.iter().zip(b)) {
+            *flag = u8::from(s != t);
         }
-        word
+        gather(&flags)
     });
 }
 

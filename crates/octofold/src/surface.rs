@@ -19,7 +19,7 @@ use crate::run::Run;
 use crate::volume::{Volume, VolumeError};
 pub use account::{OctreeAccount, Rejection, SurfaceAccount, Tally};
 pub use adaptive::adaptive_cubes;
-pub use certified::{Certificate, CertifiedOptions, LEAST_TOLERANCE, certified};
+pub use certified::{Certificate, CertifiedOptions, Coordinates, LEAST_TOLERANCE, certified};
 pub use cubes::{CubesOptions, Inside, marching_cubes};
 pub use labels::{LabelComplex, LabelMesh, label_complex, label_meshes};
 pub use tel::tel;

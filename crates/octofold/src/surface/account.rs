@@ -20,7 +20,15 @@ pub enum SurfaceAccount {
 }
 
 impl SurfaceAccount {
-    /// The counts of octants, where the method divides them.
+    /// What is proved of the mesh, where something is.
+    pub fn certificate(&self) -> Option<&Certificate> {
+        match self {
+            Self::Certified(certificate) => Some(certificate),
+            Self::Adaptive(_) | Self::Tel(_) => None,
+        }
+    }
+
+    /// The counts of octants, where the method closes cracks between them.
     pub fn octree(&self) -> Option<&OctreeAccount> {
         match self {
             Self::Adaptive(account) | Self::Tel(account) => Some(account),

@@ -58,6 +58,9 @@ pub(super) const fn face_corners(f: usize) -> [usize; 4] {
 /// The middles of edges are points 0 to 11, those of faces the points from here on.
 pub(super) const FIRST_FACE: usize = 12;
 
+/// Most points of a loop: all edges and faces.
+const LONGEST: usize = 18;
+
 /// The faces that contain an edge's or a face's middle, as bits.
 pub(super) fn faces_of(point: usize) -> u8 {
     if let Some(f) = point.checked_sub(FIRST_FACE) {
@@ -213,27 +216,38 @@ pub(super) fn triangulate(ring: &[u8]) -> Option<Vec<[u8; 3]>> {
             (0..3).map(|k| p[k].abs_diff(q[k]).pow(2)).sum()
         })
     };
-    fn best(
-        i: usize,
-        j: usize,
-        chord: &dyn Fn(usize, usize) -> Option<u32>,
-    ) -> Option<(u32, Vec<[usize; 3]>)> {
-        let own = chord(i, j)?;
-        if j - i == 1 {
-            return Some((own, Vec::new()));
+    let last = ring.len().checked_sub(1).filter(|&last| last > 0)?;
+    // The least cost of the polygon from i to j, and the point that closes it over that chord.
+    let mut least = [[(0, 0); LONGEST]; LONGEST];
+    for span in 2..ring.len() {
+        for i in 0..ring.len() - span {
+            let j = i + span;
+            let way = |k: usize| {
+                let (left, right): (u32, u32) = (least[i][k].0, least[k][j].0);
+                (left.saturating_add(right), k)
+            };
+            let (parts, k) = (i + 1..j).map(way).min_by_key(|way| way.0)?;
+            least[i][j] = (chord(i, j).map_or(u32::MAX, |own| own.saturating_add(parts)), k);
         }
-        (i + 1..j)
-            .filter_map(|k| {
-                let (left, right) = (best(i, k, chord)?, best(k, j, chord)?);
-                let mut triangles = left.1;
-                triangles.extend(right.1);
-                triangles.push([i, k, j]);
-                Some((own + left.0 + right.0, triangles))
-            })
-            .min_by_key(|way| way.0)
     }
-    let (_, triangles) = best(0, ring.len() - 1, &chord)?;
-    Some(triangles.iter().map(|t| t.map(|i| ring[i])).collect())
+    fn collect(
+        [i, j]: [usize; 2],
+        least: &[[(u32, usize); LONGEST]; LONGEST],
+        triangle: &mut impl FnMut([usize; 3]),
+    ) {
+        if j - i > 1 {
+            let k = least[i][j].1;
+            collect([i, k], least, triangle);
+            collect([k, j], least, triangle);
+            triangle([i, k, j]);
+        }
+    }
+    if least[0][last].0 == u32::MAX {
+        return None;
+    }
+    let mut triangles = Vec::with_capacity(last - 1);
+    collect([0, last], &least, &mut |t| triangles.push(t.map(|i| ring[i])));
+    Some(triangles)
 }
 
 /// Middle of an edge or a face, in half cells.

@@ -10,6 +10,7 @@
 //! - [`leaves`]: which octants carry a patch.
 //! - [`piece`], [`cover`], [`tube`]: both distances, proved.
 //! - [`collapse`], [`patchwork`], [`bins`]: fewer triangles, step by proved step, at even volume.
+//! - [`written`]: the coordinates as files have them, proved again.
 //!
 //! Source: the specification's A.8, A.9 and D.3, from Nishio, Kobori and Kutsuwa 1997.
 
@@ -23,6 +24,7 @@ mod patch;
 mod patchwork;
 mod piece;
 mod tube;
+mod written;
 
 use super::cubes::CubesOptions;
 use super::slab::Frame;
@@ -40,6 +42,8 @@ use patch::Vertex;
 use piece::Pieces;
 use serde::Serialize;
 use tube::{Face, Tube};
+pub use written::Coordinates;
+use written::Written;
 
 /// Layers of cells that are read at once.
 const SLAB: usize = 64;
@@ -93,12 +97,16 @@ pub struct Certificate {
     pub octant_volume: Option<f64>,
     /// Octants with a Steiner vertex.
     pub steiner: u64,
+    /// What is proved of the world coordinates.
+    pub coordinates: Coordinates,
+    /// What the distances leave for rounding world coordinates to single precision.
+    pub rounding: f64,
 }
 
 /// Turns a volume into a certified mesh in world coordinates.
 ///
-/// The proof holds for the lattice; world coordinates are rounded to single precision, as most
-/// files do.
+/// World coordinates are in single precision, as most files have them, and proved again where that
+/// rounds them; see [`Coordinates`].
 pub fn certified(
     volume: &dyn Volume,
     options: &CertifiedOptions,
@@ -119,7 +127,9 @@ fn in_parts(
     let cells = Cells::read(volume, &frame, slab, run)?;
     run.stage("blocks");
     let pieces = Pieces::new(&cells);
-    let tolerance = options.tolerance.max(LEAST_TOLERANCE);
+    let written = Written::new(frame.placement, [0, 1, 2].map(|axis| frame.points(axis)));
+    let allowed = options.tolerance.max(LEAST_TOLERANCE);
+    let tolerance = allowed - written.rounding;
     let tube = Tube::new(&cells, &pieces, tolerance);
     let leaves = Settler { tube: &tube, polyline: POLYLINE * tolerance }.leaves(run)?;
     let mut octants = Vec::new();
@@ -143,9 +153,13 @@ fn in_parts(
     let (points, mut triangles) = tiling.into_mesh();
     let topology = Topology::of(points.len(), &triangles, run)?;
     let closed = topology.is_closed() || triangles.is_empty();
+    run.stage("coordinates");
+    let shift = f64::from(cells.shift);
+    let lattice = par::map(&points, |&p| p - shift);
+    let (points, coordinates) = written.place(&lattice, &triangles, run)?;
     let certificate = Certificate {
-        mesh_to_reference: tolerance,
-        reference_to_mesh,
+        mesh_to_reference: allowed,
+        reference_to_mesh: reference_to_mesh + written.rounding,
         volume: closed.then_some(volume_within),
         reference_volume: closed.then_some(reference.volume),
         area,
@@ -157,14 +171,12 @@ fn in_parts(
         octant_triangles,
         octant_volume: closed.then_some(octant_volume),
         steiner,
+        coordinates,
+        rounding: written.rounding,
     };
     if frame.placement.determinant() < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    let shift = f64::from(cells.shift);
-    let points = par::map(&points, |&p| {
-        frame.placement.place((p - shift).to_array()).map(|x| f64::from(x as f32))
-    });
     Ok((Mesh { points, triangles, unit: frame.placement.unit, ..Mesh::default() }, certificate))
 }
 

@@ -2,8 +2,9 @@
 //!
 //! Edges between samples of different labels are crossed at their middle. Crossed edges are found
 //! by comparing rows as words, and numbered as in [`super::cubes`]; so are the faces on which three
-//! labels or more meet. A cell of two labels takes the patch of marching cubes with the higher one
-//! inside; what other cells look like is told in `junction`. The cost is that of the samples and
+//! labels or more meet. Cells in which one loop parts two labels are told from others, and their
+//! triangles counted, 64 at a time. A cell of two labels takes the patch of marching cubes with the
+//! higher one inside; what other cells look like is told in `junction`. The cost is that of the samples and
 //! the walls, whatever the number of labels; for one label beside 0 the mesh is that of marching
 //! cubes.
 //!
@@ -22,16 +23,13 @@ use crate::run::Run;
 use crate::volume::{Block, Region, Scalar, Volume, VolumeError};
 use crate::with_samples;
 pub use complex::{LabelComplex, LabelMesh};
-use crossings::{Crossings, Lattice};
+use crossings::Lattice;
 use std::borrow::Cow;
 use std::ops::Range;
-use walls::{Place, Slab};
+use walls::{Place, Size};
 
 /// Layers of cells in one unit of work.
 const SLAB: usize = 32;
-
-/// Bytes of crossings that the first pass keeps for the second; slabs beyond are compared again.
-const KEPT_BYTES: usize = 512 << 20;
 
 /// Runs `$body` with `$slice` bound to the labels of a block.
 macro_rules! with_labels {
@@ -64,19 +62,12 @@ pub fn label_complex(volume: &dyn Volume, run: &Run) -> Result<LabelComplex, Vol
         Ok::<_, VolumeError>((volume.read(region)?, real.start))
     };
     run.stage("count");
-    let kept = KEPT_BYTES / Crossings::bytes(dims, SLAB);
     let slabs = par::blocks(run, nz + 1, SLAB, |layers| {
         let (block, first) = read(&layers)?;
-        let keep = layers.start / SLAB < kept;
-        let mut slab = with_labels!(&block, s => {
-            let lattice = Lattice::new(dims, s, first);
-            Slab::of(&lattice, Crossings::of(&lattice, layers))
-        });
-        slab.crossings = slab.crossings.filter(|_| keep);
-        Ok(slab)
+        Ok(with_labels!(&block, s => Size::of(&Lattice::new(dims, s, first), layers)))
     })?;
     let slabs = slabs.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
-    let sum = |of: fn(&Slab) -> usize| slabs.iter().map(of).sum::<usize>();
+    let sum = |of: fn(&Size) -> usize| slabs.iter().map(of).sum::<usize>();
     let (outer, inner, triangles) = (sum(|s| s.points), sum(|s| s.inner), sum(|s| s.triangles));
     if outer + inner >= u32::MAX as usize {
         return Err(VolumeError::TooManyPoints);
@@ -99,17 +90,15 @@ pub fn label_complex(volume: &dyn Volume, run: &Run) -> Result<LabelComplex, Vol
         .map(|(slab, ((points, inner), (triangles, sides)))| {
             let [start, inner_start] = next;
             next = [start + slab.points as u32, inner_start + slab.inner as u32];
-            (slab.crossings, Place { points, inner, triangles, sides, start, inner_start })
+            Place { points, inner, triangles, sides, start, inner_start }
         })
         .collect();
     run.stage("march");
-    par::consume(run, tasks, |number, (crossings, place)| {
+    par::consume(run, tasks, |number, place| {
         let layers = number * SLAB..((number + 1) * SLAB).min(nz + 1);
         let (block, first) = read(&layers)?;
         with_labels!(&block, s => {
-            let lattice = Lattice::new(dims, s, first);
-            let crossings = crossings.unwrap_or_else(|| Crossings::of(&lattice, layers));
-            walls::write(&lattice, &crossings, &placement, place);
+            walls::write(&Lattice::new(dims, s, first), layers, &placement, place);
         });
         Ok::<(), VolumeError>(())
     })?;

@@ -16,7 +16,7 @@ use octofold::measure::{self, Extent, Measures, Weld};
 use octofold::picture::{Shading, Style, View};
 use octofold::samples::Sample;
 use octofold::surface::{
-    Inside, Method, OctreeAccount, Surface, SurfaceAccount, SurfaceOptions, surface,
+    Certificate, Inside, Method, OctreeAccount, Surface, SurfaceAccount, SurfaceOptions, surface,
 };
 use octofold::volume::{DenseVolume, Region};
 use octofold::{Mesh, Run, Volume};
@@ -87,6 +87,8 @@ struct Trial {
     volume: f64,
     /// How far that is from marching cubes' volume, in percent of it.
     volume_error: Option<f64>,
+    /// The same before the collapse, of certified TEL.
+    octant_volume_error: Option<f64>,
     /// What the method tells of itself.
     account: Option<SurfaceAccount>,
     measures: Measures,
@@ -101,13 +103,23 @@ impl Trial {
         self.account.as_ref().and_then(SurfaceAccount::octree)
     }
 
+    fn certificate(&self) -> Option<&Certificate> {
+        self.account.as_ref().and_then(SurfaceAccount::certificate)
+    }
+
     /// Triangles as the paper counted them: before cracks are filled.
     fn triangles(&self) -> usize {
         self.octree().map_or(self.measures.triangles, |o| o.raw.triangles)
     }
 
+    /// Triangles before the collapse, of certified TEL.
+    fn octant_triangles(&self) -> Option<u64> {
+        self.certificate().map(|c| c.octant_triangles)
+    }
+
     fn octants(&self) -> Option<u64> {
-        self.octree().map(|o| o.octants)
+        let certified = || self.certificate().map(|c| c.octants.iter().sum());
+        self.octree().map(|o| o.octants).or_else(certified)
     }
 }
 
@@ -193,7 +205,10 @@ impl Desk<'_> {
         if level == self.pictured() {
             self.draw(&mesh, &picture_name(shape, method))?;
         }
+        let certificate = account.as_ref().and_then(SurfaceAccount::certificate);
+        let volumes = certificate.and_then(|c| c.octant_volume.zip(c.reference_volume));
         Ok(Trial {
+            octant_volume_error: volumes.map(|(octants, cubes)| 100.0 * (octants / cubes - 1.0)),
             shape,
             level,
             method,
@@ -283,7 +298,8 @@ impl Desk<'_> {
             text(
                 "mc is marching cubes, amc adaptive marching cubes, tel the method of the paper as \
                  published. As in the paper, triangles of amc and tel are counted before cracks \
-                 are filled; the last table tells what filling leaves open."
+                 are filled; the last table tells what filling leaves open. Raw figures of ctel are \
+                 those before the collapse."
             ),
             self.pictured(),
             text("Edges of a single triangle, which filling left open, are red."),

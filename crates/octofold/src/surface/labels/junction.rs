@@ -99,6 +99,33 @@ pub fn patch(labels: &[u32; 8]) -> &'static Patch {
     })
 }
 
+/// The patches of three labels, by a digit to base 3 for each corner: 0 for the lowest label, 1 for the
+/// middle one, 2 for the highest.
+static OF_THREE: LazyLock<Vec<OnceLock<&Patch>>> =
+    LazyLock::new(|| std::iter::repeat_with(OnceLock::new).take(3usize.pow(8)).collect());
+
+/// Bits as digits to base 3.
+static TERNARY: LazyLock<[u16; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|m| (0..8).map(|c| 3u16.pow(c) * (m as u16 >> c & 1)).sum())
+});
+
+/// The patch of the cell with these labels, three or more of them: `low` are the corners with the
+/// lowest one, `high` those with the highest one.
+pub fn patch_of_many(labels: &[u32; 8], low: usize, high: usize) -> &'static Patch {
+    let between = 255 ^ low ^ high;
+    let middle = labels[between.trailing_zeros() as usize % 8];
+    if corners(labels, middle) != between {
+        return patch(labels);
+    }
+    let number = TERNARY[between] + 2 * TERNARY[high];
+    OF_THREE[usize::from(number)].get_or_init(|| patch(labels))
+}
+
+/// The corners that hold a label, as bits.
+pub fn corners(labels: &[u32; 8], label: u32) -> usize {
+    (0..8).fold(0, |corners, c| corners | usize::from(labels[c] == label) << c)
+}
+
 /// Whether face `f` has two labels, each across a diagonal.
 fn is_even(f: usize, kinds: &[u8; 8]) -> bool {
     let [a, b, c, d] = face_corners(f).map(|corner| kinds[corner]);

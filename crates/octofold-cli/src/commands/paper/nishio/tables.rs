@@ -3,7 +3,7 @@
 use super::super::table::{Table, count, digits};
 use super::{PARTS, PRODUCTS, Trial, published};
 use octofold::samples::Sample;
-use octofold::surface::Method;
+use octofold::surface::{Certificate, Method};
 
 /// A figure that charts show over levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +56,13 @@ const PRODUCT_LEVEL: u32 = 8;
 pub fn all(trials: &[Trial]) -> Vec<Table> {
     let level = trials.iter().map(|t| t.level).filter(|&l| l <= PRODUCT_LEVEL).max();
     let level = level.or_else(|| trials.iter().map(|t| t.level).min()).unwrap_or(PRODUCT_LEVEL);
-    let tables = [parts(trials), products(trials, level), volumes(trials, level), defects(trials)];
+    let tables = [
+        parts(trials),
+        products(trials, level),
+        volumes(trials, level),
+        octants(trials),
+        defects(trials),
+    ];
     tables.map(Table::without_blanks).into()
 }
 
@@ -72,17 +78,23 @@ fn levels(trials: &[Trial]) -> Vec<u32> {
     levels
 }
 
-/// Three columns for each method.
+/// Columns for each method; those that it has nothing to tell in are left out.
+const COLUMNS: [&str; 4] = ["triangles", "raw triangles", "octants", "s"];
+
 fn conversion_head(first: &str) -> Vec<String> {
-    let columns =
-        |m: Method| ["triangles", "octants", "s"].map(|column| format!("{} {column}", m.name()));
+    let columns = |m: Method| COLUMNS.map(|column| format!("{} {column}", m.name()));
     [first.to_string()].into_iter().chain(Method::ALL.into_iter().flat_map(columns)).collect()
 }
 
 fn conversion_row(name: String, trials: &[Trial], shape: Sample, level: u32) -> Vec<String> {
     let columns = |method: Method| match find(trials, shape, level, method) {
-        None => [const { String::new() }; 3].map(|_| count::<u8>(None)),
-        Some(t) => [t.triangles().to_string(), count(t.octants()), digits(t.seconds)],
+        None => COLUMNS.map(|_| count::<u8>(None)),
+        Some(t) => [
+            t.triangles().to_string(),
+            count(t.octant_triangles()),
+            count(t.octants()),
+            digits(t.seconds),
+        ],
     };
     [name].into_iter().chain(Method::ALL.into_iter().flat_map(columns)).collect()
 }
@@ -90,8 +102,13 @@ fn conversion_row(name: String, trials: &[Trial], shape: Sample, level: u32) -> 
 /// The same columns, filled from the paper.
 fn published_row(name: String, of: impl Fn(Method) -> Option<published::Row>) -> Vec<String> {
     let columns = |method: Method| match of(method) {
-        None => [const { String::new() }; 3].map(|_| count::<u8>(None)),
-        Some(row) => [row.triangles.to_string(), row.octants.to_string(), digits(row.seconds)],
+        None => COLUMNS.map(|_| count::<u8>(None)),
+        Some(row) => [
+            row.triangles.to_string(),
+            count::<u8>(None),
+            row.octants.to_string(),
+            digits(row.seconds),
+        ],
     };
     [name].into_iter().chain(Method::ALL.into_iter().flat_map(columns)).collect()
 }
@@ -140,18 +157,46 @@ fn volumes(trials: &[Trial], level: u32) -> Table {
             _ => count::<u8>(None),
         };
         let name = format!("{}, published, level {PRODUCT_LEVEL}", shape.name());
-        rows.push([name].into_iter().chain(others().map(known)).collect());
+        let known = |method| [known(method), count::<u8>(None)];
+        rows.push([name].into_iter().chain(others().flat_map(known)).collect());
         let measured = |method: Method| {
-            let error = find(trials, shape, level, method).and_then(|t| t.volume_error);
-            count(error.map(|e| format!("{e:+.4}")))
+            let found = find(trials, shape, level, method);
+            let errors =
+                [found.and_then(|t| t.volume_error), found.and_then(|t| t.octant_volume_error)];
+            errors.map(|error| count(error.map(|e| format!("{e:+.4}"))))
         };
         let name = format!("{}, level {level}", shape.name());
-        rows.push([name].into_iter().chain(others().map(measured)).collect());
+        rows.push([name].into_iter().chain(others().flat_map(measured)).collect());
     }
-    let head = ["product".to_string()].into_iter().chain(others().map(|m| m.name().into()));
+    let columns = |m: Method| [m.name().to_string(), format!("{} raw", m.name())];
+    let head = ["product".to_string()].into_iter().chain(others().flat_map(columns));
     let caption =
-        "Experiment 3: volume against marching cubes in percent (table 3 of the paper)".into();
+        "Experiment 3: volume against marching cubes in percent (table 3 of the paper); raw is \
+                   before the collapse, which evens the volume"
+            .into();
     Table { caption, head: head.collect(), rows }
+}
+
+/// Octants of certified TEL.
+fn octants(trials: &[Trial]) -> Table {
+    let certified = || trials.iter().filter_map(|t| Some((t, t.certificate()?)));
+    let sizes = certified().map(|(_, c)| c.octants.len()).max().unwrap_or(0);
+    let row = |(t, c): (&Trial, &Certificate)| {
+        let of_size = |size: usize| c.octants.get(size).copied().unwrap_or(0).to_string();
+        let name = format!("{}, level {}", t.shape.name(), t.level);
+        let raw = [count(t.octants()), c.octant_triangles.to_string()];
+        [name].into_iter().chain(raw).chain((0..sizes).map(of_size)).collect()
+    };
+    let head = ["shape", "octants", "raw triangles"].map(String::from);
+    let size = |size: usize| format!("of {}", 1u64 << size);
+    Table {
+        caption:
+            "Octants of ctel, their triangles before the collapse, and how many octants there \
+                  are of each size in cells"
+                .into(),
+        head: head.into_iter().chain((0..sizes).map(size)).collect(),
+        rows: certified().map(row).collect(),
+    }
 }
 
 fn defects(trials: &[Trial]) -> Table {
@@ -185,12 +230,13 @@ fn defects(trials: &[Trial]) -> Table {
 pub fn csv(trials: &[Trial]) -> String {
     let head = "shape,level,method,octants,triangles_before_filling,triangles,points,\
                 boundary_edges,nonmanifold_edges,self_intersections,euler,volume,\
-                volume_error_percent,seconds\n";
+                volume_error_percent,seconds,octants_by_size,triangles_before_collapse,\
+                volume_error_before_collapse_percent\n";
     let line = |t: &Trial| {
         let m = &t.measures;
         let blank = |text: Option<String>| text.unwrap_or_default();
         format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
             t.shape.name(),
             t.level,
             t.method.name(),
@@ -204,8 +250,15 @@ pub fn csv(trials: &[Trial]) -> String {
             m.euler,
             t.volume,
             blank(t.volume_error.map(|e| e.to_string())),
-            t.seconds
+            t.seconds,
+            blank(t.certificate().map(|c| spaced(&c.octants))),
+            blank(t.octant_triangles().map(|n| n.to_string())),
+            blank(t.octant_volume_error.map(|e| e.to_string()))
         )
     };
     trials.iter().map(line).fold(head.to_string(), |text, line| text + &line)
+}
+
+fn spaced(numbers: &[u64]) -> String {
+    numbers.iter().map(u64::to_string).collect::<Vec<_>>().join(" ")
 }
