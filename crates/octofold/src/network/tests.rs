@@ -1,3 +1,5 @@
+//! What is claimed of networks, on noise of every coarseness and on shapes.
+
 use super::combine::{Operation, combine};
 use super::compress::{CompressOptions, Reading, compress};
 use super::links::{Face, Rule, link, step, tangents};
