@@ -9,22 +9,24 @@ use std::path::Path;
 const FREE: [&str; 8] = ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 18] = [
+const TABLE: [(&str, &[&str]); 20] = [
     ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
     ("lib", ALL),
     ("measure", &["mesh"]),
     ("mesh", &["soup"]),
+    ("network", &["rows", "spans", "volume"]),
     ("octree", &["bits", "lattice", "mesh", "volume", "voxelize"]),
     ("picture", &["measure", "mesh", "volume"]),
     ("pipeline", ALL),
     ("polygon", &[]),
     ("report", &["histogram", "measure", "mesh", "pipeline", "surface", "volume"]),
+    ("rows", &[]),
     ("samples", &["mesh", "soup", "surface", "volume"]),
     ("solid", &["measure", "mesh", "soup"]),
     ("soup", &["mesh", "polygon"]),
-    ("spans", &["volume"]),
+    ("spans", &["rows", "volume"]),
     ("surface", &["bits", "histogram", "measure", "mesh", "octree", "spans", "volume"]),
     ("volume", &[]),
     ("voxelize", &["lattice", "measure", "mesh", "octree", "spans", "volume"]),

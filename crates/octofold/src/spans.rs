@@ -4,9 +4,9 @@
 //! volume.
 
 use crate::attributes::LengthUnit;
+use crate::rows::Rows;
 use crate::volume::{Block, Placement, Region, ScalarType, Volume, VolumeError};
 use std::borrow::Cow;
-use std::ops::Range;
 
 /// A set of cells of a grid, as maximal runs along x.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,24 +14,13 @@ pub struct Spans {
     dims: [usize; 3],
     /// Where cell centres lie in the world.
     pub placement: Placement,
-    /// First row of each slice z, and the end.
-    slices: Vec<usize>,
-    rows: Vec<Row>,
-    runs: Vec<[u32; 2]>,
-}
-
-/// One row that holds something.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Row {
-    y: u32,
-    /// One past the row's last run; its first is where the row before ends.
-    end: usize,
+    rows: Rows<[u32; 2]>,
 }
 
 impl Spans {
     /// An empty set of cells.
     pub fn empty(dims: [usize; 3], placement: Placement) -> Self {
-        Self { dims, placement, slices: vec![0; dims[2] + 1], rows: Vec::new(), runs: Vec::new() }
+        Self::from_rows(dims, placement, [])
     }
 
     /// Collects runs in order of slice, row and start; runs that touch are joined.
@@ -40,50 +29,58 @@ impl Spans {
         placement: Placement,
         ordered: impl IntoIterator<Item = ([u32; 2], [u32; 2])>,
     ) -> Self {
-        let mut spans = Self { slices: vec![0], ..Self::empty(dims, placement) };
+        let mut rows = Rows::<[u32; 2]>::default();
+        let mut at = None;
         for ([y, z], [start, end]) in ordered {
             debug_assert!((z as usize) < dims[2] && start < end && end as usize <= dims[0]);
-            while spans.slices.len() <= z as usize {
-                spans.slices.push(spans.rows.len());
-            }
-            let slice_start = spans.slices[z as usize];
-            match spans.rows[slice_start..].last_mut() {
-                Some(row) if row.y == y => match spans.runs.last_mut() {
-                    Some(run) if run[1] >= start => run[1] = run[1].max(end),
-                    _ => {
-                        spans.runs.push([start, end]);
-                        row.end += 1;
-                    }
-                },
-                _ => {
-                    spans.runs.push([start, end]);
-                    spans.rows.push(Row { y, end: spans.runs.len() });
+            if at != Some([y, z]) {
+                if let Some([y, _]) = at {
+                    rows.end_row(y);
                 }
+                while rows.depth() < z as usize {
+                    rows.end_slice();
+                }
+                at = Some([y, z]);
+            }
+            match rows.last_mut() {
+                Some(run) if run[1] >= start => run[1] = run[1].max(end),
+                _ => rows.push([start, end]),
             }
         }
-        spans.slices.resize(dims[2] + 1, spans.rows.len());
-        spans
+        if let Some([y, _]) = at {
+            rows.end_row(y);
+        }
+        Self::from_rows(dims, placement, [rows])
+    }
+
+    /// Joins tables of runs, slice after slice; runs of a row do not touch.
+    pub(crate) fn from_rows(
+        dims: [usize; 3],
+        placement: Placement,
+        parts: impl IntoIterator<Item = Rows<[u32; 2]>>,
+    ) -> Self {
+        let mut rows = Rows::default();
+        parts.into_iter().for_each(|part| rows.append(part));
+        while rows.depth() < dims[2] {
+            rows.end_slice();
+        }
+        Self { dims, placement, rows }
     }
 
     /// The runs of a row, `[start, end)` along x.
     pub fn row(&self, y: usize, z: usize) -> &[[u32; 2]] {
-        let rows = self.slices[z]..self.slices[z + 1];
-        match self.rows[rows.clone()].binary_search_by_key(&(y as u32), |r| r.y) {
-            Ok(at) => &self.runs[self.runs_of(rows.start + at)],
-            Err(_) => &[],
-        }
+        self.rows.row(y, z).1
     }
 
-    fn runs_of(&self, row: usize) -> Range<usize> {
-        row.checked_sub(1).map_or(0, |before| self.rows[before].end)..self.rows[row].end
+    /// The rows of a slice that hold something, with their y.
+    pub fn of_slice(&self, z: usize) -> impl ExactSizeIterator<Item = (u32, &[[u32; 2]])> + Clone {
+        self.rows.of_slice(z, 0)
     }
 
     /// Calls `visit` with row `[y, z]` and its runs, in order, for every row that holds something.
     pub fn for_each_row(&self, mut visit: impl FnMut([u32; 2], &[[u32; 2]])) {
         for z in 0..self.dims[2] {
-            for row in self.slices[z]..self.slices[z + 1] {
-                visit([self.rows[row].y, z as u32], &self.runs[self.runs_of(row)]);
-            }
+            self.of_slice(z).for_each(|(y, runs)| visit([y, z as u32], runs));
         }
     }
 
@@ -99,7 +96,7 @@ impl Spans {
 
     /// Number of cells in the set.
     pub fn count(&self) -> u64 {
-        self.runs.iter().map(|r| u64::from(r[1] - r[0])).sum()
+        self.rows.items().iter().map(|r| u64::from(r[1] - r[0])).sum()
     }
 
     /// Sets the unit of the world coordinates.
@@ -128,16 +125,13 @@ impl Volume for Spans {
         let [x0, y0, z0] = region.start;
         let mut out = vec![0u8; region.len()];
         for z in z0..region.end[2] {
-            let rows = self.slices[z]..self.slices[z + 1];
-            let first =
-                rows.start + self.rows[rows.clone()].partition_point(|r| (r.y as usize) < y0);
-            for row in first..rows.end {
-                let y = self.rows[row].y as usize;
+            for (y, runs) in self.rows.of_slice(z, y0 as u32) {
+                let y = y as usize;
                 if y >= region.end[1] {
                     break;
                 }
                 let line = ((z - z0) * h + (y - y0)) * w;
-                for run in &self.runs[self.runs_of(row)] {
+                for run in runs {
                     let [start, end] = run.map(|x| (x as usize).clamp(x0, region.end[0]) - x0);
                     out[line + start..line + end].fill(1);
                 }
@@ -155,13 +149,10 @@ impl Volume for Spans {
         let mut empty = true;
         let mut full = true;
         for z in z0..z1 {
-            let rows = self.slices[z as usize]..self.slices[z as usize + 1];
-            let slice = &self.rows[rows.clone()];
-            let first = rows.start + slice.partition_point(|r| r.y < y0);
-            let last = rows.start + slice.partition_point(|r| r.y < y1);
-            full &= last - first == (y1 - y0) as usize;
-            for row in first..last {
-                let runs = &self.runs[self.runs_of(row)];
+            let rows = self.rows.of_slice(z as usize, y0);
+            let count = rows.len() - self.rows.of_slice(z as usize, y1).len();
+            full &= count == (y1 - y0) as usize;
+            for (_, runs) in rows.take(count) {
                 let at = runs.partition_point(|run| run[1] <= x0);
                 let run = runs.get(at).filter(|run| run[0] < x1);
                 empty &= run.is_none();
