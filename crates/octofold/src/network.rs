@@ -6,6 +6,7 @@
 //! forms of one solid.
 //!
 //! - [`combine`]: set operations row by row.
+//! - [`motion`]: rotation and scaling by exact resampling.
 //! - [`planes`], [`ridges`], [`compress`]: the two steps of compression, and back.
 //!
 //! Source: Fujimura, Kobori and Kutsuwa, "Shape compression of spatial partitioning models using
@@ -14,6 +15,7 @@
 pub mod combine;
 pub mod compress;
 pub mod links;
+pub mod motion;
 mod planes;
 mod ridges;
 

@@ -3,8 +3,10 @@
 use super::combine::{Operation, combine};
 use super::compress::{CompressOptions, Reading, compress};
 use super::links::{Face, Rule, link, step, tangents};
+use super::motion::{MotionError, Preimage, moved};
 use super::*;
 use crate::samples::Sample;
+use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
 /// A solid by its voxels.
@@ -130,6 +132,63 @@ proptest! {
             prop_assert_eq!(found, expected);
         }
     }
+}
+
+proptest! {
+    #![proptest_config(crate::sweep::cases(40))]
+
+    #[test]
+    fn motion_is_what_its_definition_says(
+        solid in solids(),
+        turn in prop::array::uniform4(-1.0f64..1.0),
+        scale in prop::array::uniform3(0.4f64..2.5),
+        shift in prop::array::uniform3(-8.0f64..20.0),
+        dims in (1usize..30, 1usize..24, 1usize..24),
+        stretched in any::<bool>(),
+    ) {
+        let turn = DQuat::from_array(turn).normalize();
+        let scale = if stretched { DVec3::from(scale) } else { DVec3::ONE };
+        let linear = DMat3::from_quat(turn) * DMat3::from_diagonal(scale);
+        let preimage = Preimage::new(linear, shift.into()).unwrap();
+        let network = Network::new(&solid, &Run::default()).unwrap();
+        let dims = [dims.0, dims.1, dims.2];
+        let found =
+            moved(&network, &preimage, dims, Placement::default(), &Run::default()).unwrap();
+        let expected = self::solid(dims, |at| {
+            let from = preimage.of(at.map(|i| i as u32));
+            from.iter().all(|&i| i >= 0) && solid.contains(from.map(|i| i as u32))
+        });
+        prop_assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn symmetries_move_every_voxel() {
+    let solid = noise([9, 7, 5], 3, 2, 50);
+    let network = Network::new(&solid, &Run::default()).unwrap();
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        for signs in 0..8 {
+            // Axis a of the solid becomes axis order[a] of the result, turned over where its sign says.
+            let mut linear = DMat3::ZERO;
+            let (mut dims, mut shift) = ([0; 3], DVec3::ZERO);
+            for a in 0..3 {
+                let over = signs >> a & 1 == 1;
+                linear.col_mut(a)[order[a]] = if over { -1.0 } else { 1.0 };
+                dims[order[a]] = solid.dims()[a];
+                shift[order[a]] = if over { solid.dims()[a] as f64 - 1.0 } else { 0.0 };
+            }
+            let preimage = Preimage::new(linear, shift).unwrap();
+            let found =
+                moved(&network, &preimage, dims, Placement::default(), &Run::default()).unwrap();
+            assert_eq!(found.count(), solid.count());
+            for at in every_voxel(solid.dims()) {
+                let image = linear * DVec3::from(at.map(f64::from)) + shift;
+                assert_eq!(found.contains(image.to_array().map(|x| x as u32)), solid.contains(at));
+            }
+        }
+    }
+    let flat = Preimage::new(DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)), DVec3::ZERO);
+    assert_eq!(flat, Err(MotionError::Flat));
 }
 
 #[test]

@@ -1,0 +1,278 @@
+//! Rigid motion and scaling, exactly.
+//!
+//! A voxel of the result is filled where the voxel that holds its centre's preimage is: no holes, and
+//! the same bits everywhere, since preimages are sums of integers. The work is that of the surface:
+//! where a voxel of the result differs from a neighbour, the way between their preimages passes
+//! through a surface voxel, so the preimage lies within the length of that way plus half a voxel's
+//! diagonal of a node. Only such a band is looked up; between its parts rows do not change. Source:
+//! specification (A7).
+
+use super::{Network, Stretch};
+use crate::par;
+use crate::rows::Rows;
+use crate::run::{Cancelled, Run};
+use crate::spans::Spans;
+use crate::volume::Placement;
+use glam::{DMat3, DVec3};
+
+/// Fixed point: 2^32 to one voxel.
+const ONE: f64 = 4_294_967_296.0;
+
+/// What rounding to single parts of [`ONE`] and arithmetic in double precision may add to a distance.
+const SLACK: f64 = 1e-3;
+
+/// Stretches that one unit of work takes.
+const BLOCK: usize = 4096;
+
+/// Rows of the result that one unit of work takes.
+const ROWS: usize = 256;
+
+/// Why a solid cannot be moved so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MotionError {
+    /// It would be flat.
+    #[error("the motion makes the solid flat: its matrix has no inverse")]
+    Flat,
+    /// It leaves what integers can hold.
+    #[error("the motion leads to places that are too far away")]
+    TooFar,
+    /// The work was interrupted.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Which voxel each voxel of the result comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Preimage {
+    /// Steps of the preimage for a step along x, y and z, in fixed point.
+    columns: [[i64; 3]; 3],
+    /// Preimage of voxel 0 0 0, half a voxel ahead so that cutting off rounds.
+    start: [i64; 3],
+}
+
+impl Preimage {
+    /// For a motion that takes place `p` of a solid, in voxels, to `linear * p + shift` in the
+    /// result.
+    pub fn new(linear: DMat3, shift: DVec3) -> Result<Self, MotionError> {
+        let inverse = linear.inverse();
+        if !inverse.is_finite() || linear.determinant() == 0.0 {
+            return Err(MotionError::Flat);
+        }
+        let fixed = |v: DVec3| {
+            let far = v.abs().max_element();
+            // Room for 2^17 steps along each axis.
+            if far * ONE < 2f64.powi(44) || far == 0.0 {
+                Ok(v.to_array().map(|x| (x * ONE).round() as i64))
+            } else {
+                Err(MotionError::TooFar)
+            }
+        };
+        let start = -(inverse * shift);
+        if !(start.abs().max_element() < 2f64.powi(28)) {
+            return Err(MotionError::TooFar);
+        }
+        Ok(Self {
+            columns: [fixed(inverse.x_axis)?, fixed(inverse.y_axis)?, fixed(inverse.z_axis)?],
+            start: start.to_array().map(|x| ((x + 0.5) * ONE).round() as i64),
+        })
+    }
+
+    /// The voxel that a voxel of the result comes from.
+    pub fn of(&self, at: [u32; 3]) -> [i64; 3] {
+        self.fixed(at).map(|x| x >> 32)
+    }
+
+    fn fixed(&self, at: [u32; 3]) -> [i64; 3] {
+        std::array::from_fn(|a| {
+            let steps = (0..3).map(|b| self.columns[b][a] * i64::from(at[b]));
+            self.start[a] + steps.sum::<i64>()
+        })
+    }
+
+    /// The same in double precision: the matrix, and the preimage of voxel 0 0 0.
+    fn in_doubles(&self) -> (DMat3, DVec3) {
+        let [x, y, z] = self.columns.map(|c| DVec3::from(c.map(|x| x as f64 / ONE)));
+        (DMat3::from_cols(x, y, z), DVec3::from(self.start.map(|x| x as f64 / ONE)) - 0.5)
+    }
+}
+
+/// Moves a solid into a grid of `dims` voxels; what leaves the grid is cut off.
+pub fn moved(
+    network: &Network,
+    preimage: &Preimage,
+    dims: [usize; 3],
+    placement: Placement,
+    run: &Run,
+) -> Result<Spans, MotionError> {
+    run.stage("motion");
+    let band = Band::new(preimage, dims)?;
+    let mut stretches: Vec<([u32; 2], Stretch)> = Vec::new();
+    network.for_each_row(|row, own| stretches.extend(own.iter().map(|&s| (row, s))));
+    let parts = par::blocks(run, stretches.len(), BLOCK, |range| {
+        let mut parts = Vec::new();
+        for &(row, stretch) in &stretches[range] {
+            band.round(row, stretch, |part| parts.push(part));
+        }
+        parts
+    })?;
+    let mut parts = parts.concat();
+    par::sort(&mut parts);
+    let rows: Vec<&[Part]> = parts.chunk_by(|a, b| a.row == b.row).collect();
+    let solid = network.spans();
+    let found = par::blocks(run, rows.len(), ROWS, |range| {
+        let rows = rows[range].iter();
+        rows.map(|row| (row[0].row, fill(&solid, preimage, row, dims[0] as u32)))
+            .collect::<Vec<_>>()
+    })?;
+    let mut table = Rows::default();
+    for ([z, y], runs) in found.into_iter().flatten() {
+        while table.depth() < z as usize {
+            table.end_slice();
+        }
+        runs.into_iter().for_each(|run| table.push(run));
+        table.end_row(y);
+    }
+    Ok(Spans::from_rows(dims, placement, [table]))
+}
+
+/// Voxels of one row of the result that must be looked up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Part {
+    /// z and y.
+    row: [u32; 2],
+    start: u32,
+    end: u32,
+}
+
+/// The voxels of the result whose preimages lie near nodes.
+struct Band {
+    inverse: DMat3,
+    origin: DVec3,
+    linear: DMat3,
+    reach: f64,
+    /// How far the band reaches beyond an image of a node along each axis.
+    wide: DVec3,
+    dims: [usize; 3],
+}
+
+impl Band {
+    fn new(preimage: &Preimage, dims: [usize; 3]) -> Result<Self, MotionError> {
+        let (inverse, origin) = preimage.in_doubles();
+        let linear = inverse.inverse();
+        if !linear.is_finite() {
+            return Err(MotionError::Flat);
+        }
+        let step = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(DVec3::length);
+        let reach = step[0].max(step[1]).max(step[2]) + 0.75f64.sqrt() + SLACK;
+        let rows = linear.transpose();
+        let wide = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
+        Ok(Self { inverse, origin, linear, reach, wide: wide * reach, dims })
+    }
+
+    /// Calls `visit` with the rows round a stretch.
+    fn round(&self, [y, z]: [u32; 2], stretch: Stretch, mut visit: impl FnMut(Part)) {
+        let ends = [stretch.start, stretch.end - 1];
+        let ends = ends.map(|x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
+        let [a, b] = ends.map(|p| self.linear * (p - self.origin));
+        let (low, high) = (a.min(b) - self.wide, a.max(b) + self.wide);
+        for z in self.clip(2, low.z, high.z) {
+            // Only a part of the stretch is near this slice.
+            let along = |z: f64| ((z - a.z) / (b.z - a.z)).clamp(0.0, 1.0);
+            let near = if (b.z - a.z).abs() < 1e-9 {
+                [0.0, 1.0]
+            } else {
+                let z = f64::from(z);
+                let [p, q] = [along(z - self.wide.z), along(z + self.wide.z)];
+                [p.min(q), p.max(q)]
+            };
+            let [p, q] = near.map(|t| a.y + (b.y - a.y) * t);
+            for y in self.clip(1, p.min(q) - self.wide.y, p.max(q) + self.wide.y) {
+                if let Some([start, end]) = self.on_row([z, y], ends) {
+                    let span = self.clip(0, start, end);
+                    if !span.is_empty() {
+                        visit(Part { row: [z, y], start: *span.start(), end: span.end() + 1 });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Places from `low` to `high` in the grid.
+    fn clip(&self, axis: usize, low: f64, high: f64) -> std::ops::RangeInclusive<u32> {
+        let last = self.dims[axis] as f64 - 1.0;
+        if high < 0.0 || low > last {
+            return 1..=0;
+        }
+        low.ceil().max(0.0) as u32..=high.floor().min(last) as u32
+    }
+
+    /// From where to where a row's preimages lie within reach of the way between two nodes along x.
+    fn on_row(&self, [z, y]: [u32; 2], [a, b]: [DVec3; 2]) -> Option<[f64; 2]> {
+        let from =
+            self.origin + self.inverse.y_axis * f64::from(y) + self.inverse.z_axis * f64::from(z);
+        let way = self.inverse.x_axis;
+        let mut found: Option<[f64; 2]> = None;
+        let mut add = |[low, high]: [f64; 2]| {
+            let [l, h] = found.unwrap_or([low, high]);
+            found = Some([l.min(low), h.max(high)]);
+        };
+        for end in [a, b] {
+            if let Some(near) = within(from - end, way, self.reach) {
+                add(near);
+            }
+        }
+        // Straight beside the way: within reach of the line, and between its ends.
+        let flat = |v: DVec3| DVec3::new(0.0, v.y, v.z);
+        if let Some([low, high]) = within(flat(from - a), flat(way), self.reach) {
+            let [p, q] = [a, b].map(|end| (end.x - from.x) / way.x);
+            let between = if way.x == 0.0 {
+                (a.x..=b.x).contains(&from.x).then_some([low, high])
+            } else {
+                let (low, high) = (low.max(p.min(q)), high.min(p.max(q)));
+                (low <= high).then_some([low, high])
+            };
+            if let Some(between) = between {
+                add(between);
+            }
+        }
+        found
+    }
+}
+
+/// Where `from + t way` is no longer than `reach`.
+fn within(from: DVec3, way: DVec3, reach: f64) -> Option<[f64; 2]> {
+    let (a, b) = (way.length_squared(), from.dot(way));
+    let c = from.length_squared() - reach * reach;
+    if a == 0.0 {
+        return (c <= 0.0).then_some([f64::NEG_INFINITY, f64::INFINITY]);
+    }
+    let root = b * b - a * c;
+    (root >= 0.0).then(|| [(-b - root.sqrt()) / a, (-b + root.sqrt()) / a])
+}
+
+/// The runs of a row of the result.
+fn fill(solid: &Spans, preimage: &Preimage, parts: &[Part], width: u32) -> Vec<[u32; 2]> {
+    let [z, y] = parts[0].row;
+    let mut runs = Vec::new();
+    let mut start = None;
+    let mut next = 0;
+    for part in parts {
+        for x in part.start.max(next)..part.end {
+            let at = preimage.of([x, y, z]);
+            let inside = at.iter().all(|&i| (0..1 << 17).contains(&i))
+                && solid.contains(at.map(|i| i as u32));
+            match (start, inside) {
+                (None, true) => start = Some(x),
+                (Some(from), false) => {
+                    runs.push([from, x]);
+                    start = None;
+                }
+                _ => {}
+            }
+        }
+        next = next.max(part.end);
+    }
+    // Beyond the last part nothing changes.
+    runs.extend(start.map(|from| [from, width]));
+    runs
+}
