@@ -5,7 +5,7 @@
 //! Everything costs what the surface costs, and nothing is lost: a network and [`Spans`] are two
 //! forms of one solid.
 //!
-//! - [`combine`]: set operations row by row.
+//! - [`combine`]: set operations row by row. [`patches`]: the same on links, as published.
 //! - [`motion`]: rotation and scaling by exact resampling.
 //! - [`planes`], [`ridges`], [`compress`]: the two steps of compression, and back.
 //!
@@ -16,6 +16,8 @@ pub mod combine;
 pub mod compress;
 pub mod links;
 pub mod motion;
+mod numbered;
+pub mod patches;
 mod planes;
 mod ridges;
 

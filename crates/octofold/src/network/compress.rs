@@ -3,7 +3,8 @@
 //! Planes, then ridges, then the nodes that are left; nothing is lost. Source: specification (A8 to
 //! A10, A12).
 
-use super::planes::{Numbered, PlaneNode, Planes};
+use super::numbered::Numbered;
+use super::planes::{PlaneNode, Planes};
 use super::ridges::{EdgeNode, ridges};
 use super::{Network, Node};
 use crate::par;

@@ -14,6 +14,7 @@ use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
 use crate::volume::Placement;
 use glam::{DMat3, DVec3};
+use std::ops::Range;
 
 /// Fixed point: 2^32 to one voxel.
 const ONE: f64 = 4_294_967_296.0;
@@ -68,7 +69,8 @@ impl Preimage {
             }
         };
         let start = -(inverse * shift);
-        if !(start.abs().max_element() < 2f64.powi(28)) {
+        let far = start.abs().max_element();
+        if far.is_nan() || far >= 2f64.powi(28) {
             return Err(MotionError::TooFar);
         }
         Ok(Self {
@@ -190,7 +192,7 @@ impl Band {
                 if let Some([start, end]) = self.on_row([z, y], ends) {
                     let span = self.clip(0, start, end);
                     if !span.is_empty() {
-                        visit(Part { row: [z, y], start: *span.start(), end: span.end() + 1 });
+                        visit(Part { row: [z, y], start: span.start, end: span.end });
                     }
                 }
             }
@@ -198,12 +200,12 @@ impl Band {
     }
 
     /// Places from `low` to `high` in the grid.
-    fn clip(&self, axis: usize, low: f64, high: f64) -> std::ops::RangeInclusive<u32> {
+    fn clip(&self, axis: usize, low: f64, high: f64) -> Range<u32> {
         let last = self.dims[axis] as f64 - 1.0;
         if high < 0.0 || low > last {
-            return 1..=0;
+            return 0..0;
         }
-        low.ceil().max(0.0) as u32..=high.floor().min(last) as u32
+        low.ceil().max(0.0) as u32..high.floor().min(last) as u32 + 1
     }
 
     /// From where to where a row's preimages lie within reach of the way between two nodes along x.

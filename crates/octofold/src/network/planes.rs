@@ -6,8 +6,9 @@
 //! they are closed and unique even where the region is one pixel wide. Source: paper, "plane
 //! regions" 1 to 4; specification (A8, A2 nos. 9 to 11).
 
-use super::links::{step, tangents};
-use super::{Direction, Mask, Network, Node};
+use super::links::tangents;
+use super::numbered::Numbered;
+use super::{Mask, Node};
 
 /// What counts as a link: the paper does not say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -143,41 +144,7 @@ fn axes_of(axis: u8, mask: Mask) -> [usize; 2] {
     if mask & 2 << (2 * axis) == 0 { [v, u] } else { [u, v] }
 }
 
-/// Nodes by number, and numbers by place.
-pub struct Numbered<'a> {
-    network: &'a Network,
-    /// All nodes in order.
-    pub nodes: Vec<Node>,
-    /// Number of the first node of each stretch.
-    firsts: Vec<u32>,
-}
-
-impl<'a> Numbered<'a> {
-    pub fn new(network: &'a Network) -> Self {
-        let mut next = 0;
-        let firsts = network.rows.items().iter().map(|s| {
-            next += s.end - s.start;
-            next - (s.end - s.start)
-        });
-        Self { network, firsts: firsts.collect(), nodes: network.nodes() }
-    }
-
-    /// The number of the node at a place, where there is one.
-    pub fn find(&self, [x, y, z]: [u32; 3]) -> Option<u32> {
-        let (first, row) = self.network.rows.row(y as usize, z as usize);
-        let before = row.partition_point(|s| s.start <= x).checked_sub(1)?;
-        (x < row[before].end).then(|| self.firsts[first + before] + x - row[before].start)
-    }
-
-    /// Whether a voxel is in the solid.
-    pub fn contains(&self, at: [u32; 3]) -> bool {
-        self.network.contains(at)
-    }
-
-    fn beside(&self, node: u32, direction: Direction) -> Option<u32> {
-        step(self.nodes[node as usize].at(), direction).and_then(|at| self.find(at))
-    }
-
+impl Numbered<'_> {
     /// The axis of the plane that a node may be of.
     fn plane_axis(&self, node: u32, reading: Reading) -> Option<u8> {
         let mask = self.nodes[node as usize].mask;

@@ -5,7 +5,8 @@
 //! 1 to 3; specification (A9, A2 nos. 13 to 15).
 
 use super::links::{Face, Rule, link, tangents};
-use super::planes::{NONE, Numbered, Planes, Reading};
+use super::numbered::Numbered;
+use super::planes::{NONE, Planes, Reading};
 use super::{Mask, Node};
 
 /// A straight run of nodes between two loops.

@@ -4,6 +4,7 @@ use super::combine::{Operation, combine};
 use super::compress::{CompressOptions, Reading, compress};
 use super::links::{Face, Rule, link, step, tangents};
 use super::motion::{MotionError, Preimage, moved};
+use super::patches::combine_patches;
 use super::*;
 use crate::samples::Sample;
 use glam::{DMat3, DQuat, DVec3};
@@ -129,7 +130,12 @@ proptest! {
                     Operation::SymmetricDifference => all % 2 == 1,
                 }
             });
-            prop_assert_eq!(found, expected);
+            prop_assert_eq!(&found, &expected);
+            if let [a, b] = operands[..] {
+                let [a, b] = [a, b].map(|s| Network::new(s, &Run::default()).unwrap());
+                let patches = combine_patches(operation, &a, &b).unwrap();
+                prop_assert_eq!(patches, Network::new(&expected, &Run::default()).unwrap());
+            }
         }
     }
 }
