@@ -18,6 +18,7 @@ pub mod pipeline;
 pub mod polygon;
 pub mod quadric;
 pub mod radix;
+pub mod repair;
 pub mod report;
 pub mod run;
 pub mod samples;

@@ -1,0 +1,230 @@
+//! Repair: any polygons become a closed model.
+//!
+//! The input marks the cells that it touches; gaps are closed, the outside is flooded, and the
+//! surface between outside and the rest is rebuilt with its vertices on the input. Whatever the input,
+//! the result is closed, oriented, 2-manifold and free of self-intersection by construction, on a
+//! lattice whose world coordinates are exact in single precision where 24 bits allow. Sources:
+//! Bischoff, Pavic and Kobbelt 2005, "Automatic restoration of polygon models"; specification of
+//! repair (A.1, D).
+
+mod apexes;
+mod bricks;
+mod cells;
+mod content;
+mod flood;
+mod frame;
+mod labels;
+mod loops;
+mod patches;
+mod piercing;
+mod placement;
+
+pub use frame::{Gap, MAX_RESOLUTION};
+pub use labels::Cavities;
+
+use crate::lattice::LatticeError;
+use crate::mesh::Mesh;
+use crate::run::{Cancelled, Finding, Run};
+use crate::solid::{NotSolid, Solid};
+use crate::voxelize::Size;
+use apexes::Apexes;
+use bricks::BRICK;
+use cells::Cells;
+use content::Content;
+use frame::Frame;
+use labels::Labels;
+use patches::Patches;
+use piercing::Guide;
+use placement::Placement;
+
+/// How a model is repaired.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RepairOptions {
+    /// How fine the cells are.
+    pub size: Size,
+    /// The largest gap that is closed.
+    pub gap: Gap,
+    /// Enclosed spaces of at least this volume stay empty; without it all are filled.
+    pub keep_cavities: Option<f64>,
+}
+
+impl Default for RepairOptions {
+    fn default() -> Self {
+        Self { size: Size::Resolution(256), gap: Gap::Cells(2.0), keep_cavities: None }
+    }
+}
+
+/// Why a model could not be repaired.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RepairError {
+    /// There is nothing that could have a surface.
+    #[error("there are no faces to repair")]
+    Empty,
+    /// No such grid.
+    #[error("{0} cells along the longest side: choose between 1 and {MAX_RESOLUTION}")]
+    Resolution(f64),
+    /// No such gap.
+    #[error("a gap of {cells} cells cannot be closed: choose between 0 and 8192 cells")]
+    Gap {
+        /// Its width.
+        cells: f64,
+    },
+    /// No lattice fits.
+    #[error(transparent)]
+    Lattice(#[from] LatticeError),
+    /// The surface alone has more cells than fit in memory.
+    #[error("the surface would take about {0:.1e} cells: choose a lower resolution")]
+    TooManyCells(f64),
+    /// The result is not what it should be, which is a fault of this program.
+    #[error("the repaired mesh is not closed: {0}")]
+    NotSolid(#[from] NotSolid),
+    /// Loops could not be told apart, which is a fault of this program.
+    #[error("the surface could not be told apart in {0} cells")]
+    Unresolved(usize),
+    /// The work was interrupted.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What a repair tells of its own work.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct RepairAccount {
+    /// Edge of a cell, in the input's unit.
+    pub cell: f64,
+    /// Cells along x, y and z.
+    pub cells: [u32; 3],
+    /// The width of gaps that are closed for certain, in the input's unit.
+    pub gap: f64,
+    /// Every output coordinate is exact in single precision.
+    pub exact_in_single_precision: bool,
+    /// Distinct triangles of the input, on its lattice.
+    pub facets: usize,
+    /// Edges of these with one triangle.
+    pub boundary_edges: usize,
+    /// Enclosed spaces.
+    pub cavities: Cavities,
+    /// Cells of the surface.
+    pub surface_cells: usize,
+    /// Cells that were filled so that sheets of the surface could be told apart.
+    pub filled_to_part: u64,
+    /// Quads in two triangles.
+    pub quads: u64,
+    /// Quads that kept their point on an edge of a cell.
+    pub fans: u64,
+}
+
+/// A repaired model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Repaired {
+    /// Closed, oriented, 2-manifold, free of self-intersection.
+    pub solid: Solid,
+    /// What was done.
+    pub account: RepairAccount,
+}
+
+/// Repairs a model.
+pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaired, RepairError> {
+    let bounds = used_bounds(mesh).ok_or(RepairError::Empty)?;
+    let frame = Frame::new(bounds, options.size, options.gap)?;
+    let content = Content::new(mesh, &frame, run)?;
+    let rim_cells = content.rim_cells(&frame, run)?;
+    let reach = frame.rounds.div_ceil(BRICK);
+    let (bricks, rims) =
+        content::bricks_round(frame.bricks(), content.codes(), &rim_cells, reach);
+    let (full, _) = content.full(&bricks);
+    let cell_volume = frame.cell().powi(3);
+    let keep = options.keep_cavities.map(|volume| (volume / cell_volume).max(1.0) as u64);
+    let (mut labels, cavities) = Labels::new(bricks, &full, rims, frame.rounds, keep, run)?;
+    drop(full);
+    let mut filled = 0;
+    let (patches, surface_cells) = loop {
+        let (_, ranges) = content.full(&labels.bricks);
+        let placement = Placement::new(&content, &labels.bricks, &ranges, &frame);
+        match extract(&labels, &placement, frame.steps, true, run)? {
+            Extracted::Done { patches, cells } => break (patches, cells),
+            Extracted::Shared(cells) => {
+                filled += cells.len() as u64;
+                labels.fill(&cells);
+            }
+        }
+    };
+    if filled > 0 {
+        let text = format!("{filled} cells were filled to tell sheets of the surface apart");
+        run.finding(Finding::note("filled-to-part", text).of(filled));
+    }
+    run.stage("prove");
+    let account = RepairAccount {
+        cell: frame.cell(),
+        cells: frame.lattice.cells(),
+        gap: 2.0 * f64::from(frame.rounds) * frame.cell(),
+        exact_in_single_precision: frame.single,
+        facets: content.facets.len(),
+        boundary_edges: content.rims.len(),
+        cavities,
+        surface_cells,
+        filled_to_part: filled,
+        quads: patches.quads,
+        fans: patches.fans,
+    };
+    let points = crate::par::map(&patches.points, |&p| frame.world(p));
+    let mesh = Mesh { points, triangles: patches.triangles, unit: mesh.unit, ..Mesh::default() };
+    Ok(Repaired { solid: Solid::try_from(mesh)?, account })
+}
+
+/// The box round the points that triangles use.
+fn used_bounds(mesh: &Mesh) -> Option<[[f64; 3]; 2]> {
+    let used = mesh.triangles.iter().flatten().map(|&p| mesh.points[p as usize]);
+    used.fold(None, |bounds: Option<[[f64; 3]; 2]>, p| {
+        let [low, high] = bounds.unwrap_or([p, p]);
+        Some([
+            std::array::from_fn(|a| low[a].min(p[a])),
+            std::array::from_fn(|a| high[a].max(p[a])),
+        ])
+    })
+}
+
+/// What came of an extraction.
+enum Extracted {
+    /// The surface, and in how many cells.
+    Done { patches: Patches, cells: usize },
+    /// These outside cells must be filled first.
+    Shared(Vec<[u32; 3]>),
+}
+
+/// The surface between outside cells and all others.
+fn extract<G: Guide>(
+    labels: &Labels,
+    guide: &G,
+    steps: i32,
+    lean: bool,
+    run: &Run,
+) -> Result<Extracted, RepairError> {
+    let too_many = RepairError::TooManyCells(f64::from(u32::MAX));
+    let Some(cells) = Cells::new(labels, run)? else { return Err(too_many) };
+    let apexes = match Apexes::new(&cells, guide, steps, run)? {
+        Ok(apexes) => apexes,
+        Err(failed) => {
+            let mut fill: Vec<[u32; 3]> = Vec::new();
+            for place in &failed {
+                let config = cells.find(*place).map(|cell| cells.config(cell));
+                let round = config.map(|c| apexes::touching(*place, c)).unwrap_or_default();
+                fill.extend(round.into_iter().find(|&at| labels.is_outside(at)));
+            }
+            fill.sort_unstable();
+            fill.dedup();
+            if fill.is_empty() {
+                return Err(RepairError::Unresolved(failed.len()));
+            }
+            return Ok(Extracted::Shared(fill));
+        }
+    };
+    let count = cells.len();
+    let Some(patches) = patches::patches(&cells, apexes, guide, steps, lean, run)? else {
+        return Err(too_many);
+    };
+    Ok(Extracted::Done { patches, cells: count })
+}
+
+#[cfg(test)]
+mod tests;
