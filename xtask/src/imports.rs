@@ -9,7 +9,7 @@ use std::path::Path;
 const FREE: [&str; 8] = ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 18] = [
+const TABLE: [(&str, &[&str]); 19] = [
     ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
@@ -20,7 +20,8 @@ const TABLE: [(&str, &[&str]); 18] = [
     ("picture", &["measure", "mesh", "volume"]),
     ("pipeline", ALL),
     ("polygon", &[]),
-    ("report", &["histogram", "measure", "mesh", "pipeline", "surface", "volume"]),
+    ("repair", &["bits", "lattice", "measure", "mesh", "solid", "surface", "voxelize"]),
+    ("report", &["histogram", "measure", "mesh", "pipeline", "repair", "surface", "volume"]),
     ("samples", &["mesh", "soup", "surface", "volume"]),
     ("solid", &["measure", "mesh", "soup"]),
     ("soup", &["mesh", "polygon"]),

@@ -137,7 +137,8 @@ pub fn bricks_round(
     for chunk in near.chunk_by(|a, b| a.0 == b.0) {
         let code = chunk[0].0;
         let at = [code % nx, code / nx % ny, code / nx / ny].map(|x| x as u32);
-        let span = |a: usize| at[a] - reach.min(at[a])..=(at[a] + reach).min(dims[a] - 1);
+        // The ring of bricks at the border is further away than closing reaches.
+        let span = |a: usize| at[a].saturating_sub(reach).max(1)..=(at[a] + reach).min(dims[a] - 2);
         for z in span(2) {
             for y in span(1) {
                 codes.extend(span(0).map(|x| Bricks::code(dims, [x, y, z])));

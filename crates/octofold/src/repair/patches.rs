@@ -12,7 +12,7 @@ use super::apexes::{
 use super::bricks::{Place, coordinates};
 use super::cells::Cells;
 use super::loops::{Config, Loops, corner_of};
-use super::piercing::{Guide, Point, cross, crosses, dot, sub};
+use super::piercing::{Guide, Point, cross, crosses, dot, meets, sub};
 use crate::run::{Cancelled, Run};
 use crate::surface::cell::{edge_at, edge_axis, face_corners};
 
@@ -363,11 +363,13 @@ impl<G: Guide> Weaver<'_, G> {
         let edge = self.interval(place, config, 2 * edge_at(0, axis) + end);
         let passes = |i: usize| {
             let (a, b) = (at[i], at[i + 2]);
-            [i + 1, (i + 3) % 4].into_iter().any(|wing| {
-                let rest = at[(wing + 2) % 4];
-                crosses(a, b, [at[wing], edge[0], edge[1]])
-                    && crosses(edge[0], edge[1], [a, b, rest])
-            })
+            // A diagonal through the edge is as good as two that pass it.
+            meets(a, b, edge, at[i + 1])
+                || [i + 1, (i + 3) % 4].into_iter().any(|wing| {
+                    let rest = at[(wing + 2) % 4];
+                    crosses(a, b, [at[wing], edge[0], edge[1]])
+                        && crosses(edge[0], edge[1], [a, b, rest])
+                })
         };
         let rank = |i: usize| self.apexes.ranks[loops[i]] + self.apexes.ranks[loops[i + 2]];
         let length = |i: usize| {

@@ -81,6 +81,12 @@ pub fn volume(a: Point, b: Point, c: Point, d: Point) -> i64 {
     dot(cross(sub(b, a), sub(c, a)), sub(d, a))
 }
 
+/// Whether the segments `a b` and `c d` meet in a point inside the second; `a` and `b` lie on
+/// opposite sides of its line, and `aside` does not lie in one plane with `a` and `c d`.
+pub fn meets(a: Point, b: Point, [c, d]: [Point; 2], aside: Point) -> bool {
+    volume(a, b, c, d) == 0 && volume(a, b, aside, c).signum() * volume(a, b, aside, d).signum() < 0
+}
+
 /// Whether the open segment `a b` crosses the inside of the triangle `p q r`, not its border.
 pub fn crosses(a: Point, b: Point, [p, q, r]: [Point; 3]) -> bool {
     let (below, above) = (volume(p, q, r, a).signum(), volume(p, q, r, b).signum());
