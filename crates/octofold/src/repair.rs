@@ -10,6 +10,7 @@
 mod apexes;
 mod bricks;
 mod cells;
+mod census;
 mod content;
 mod flood;
 mod frame;
@@ -18,9 +19,13 @@ mod loops;
 mod patches;
 mod piercing;
 mod placement;
+mod smoothing;
+mod throats;
 
+pub use census::Census;
 pub use frame::{Gap, MAX_RESOLUTION};
 pub use labels::Cavities;
+pub use throats::Throat;
 
 use crate::lattice::LatticeError;
 use crate::mesh::Mesh;
@@ -36,6 +41,7 @@ use labels::Labels;
 use patches::Patches;
 use piercing::Guide;
 use placement::Placement;
+use smoothing::Membrane;
 
 /// How a model is repaired.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -51,7 +57,7 @@ pub struct RepairOptions {
 
 impl Default for RepairOptions {
     fn default() -> Self {
-        Self { size: Size::Resolution(256), gap: Gap::Cells(2.0), keep_cavities: None }
+        Self { size: Size::Resolution(256), gap: Gap::Auto, keep_cavities: None }
     }
 }
 
@@ -61,6 +67,9 @@ pub enum RepairError {
     /// There is nothing that could have a surface.
     #[error("there are no faces to repair")]
     Empty,
+    /// Everything is thinner than a cell in two directions.
+    #[error("no part of the model is a surface at cells of {0}: choose a higher resolution")]
+    Thin(f64),
     /// No such grid.
     #[error("{0} cells along the longest side: choose between 1 and {MAX_RESOLUTION}")]
     Resolution(f64),
@@ -87,21 +96,25 @@ pub enum RepairError {
     Cancelled(#[from] Cancelled),
 }
 
-/// What a repair tells of its own work.
+/// What a repair tells of its own work. Lengths are in the input's unit.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RepairAccount {
-    /// Edge of a cell, in the input's unit.
+    /// The input.
+    pub census: Census,
+    /// Edge of a cell.
     pub cell: f64,
     /// Cells along x, y and z.
     pub cells: [u32; 3],
-    /// The width of gaps that are closed for certain, in the input's unit.
+    /// Gaps of this width are closed.
     pub gap: f64,
     /// Every output coordinate is exact in single precision.
     pub exact_in_single_precision: bool,
-    /// Distinct triangles of the input, on its lattice.
-    pub facets: usize,
-    /// Edges of these with one triangle.
-    pub boundary_edges: usize,
+    /// Openings through which the outside gets, or would get, into a large space.
+    pub throats: Vec<Throat>,
+    /// How many gaps were closed where the outside can see it.
+    pub gaps_closed: usize,
+    /// The largest of them.
+    pub largest_gaps: Vec<ClosedGap>,
     /// Enclosed spaces.
     pub cavities: Cavities,
     /// Cells of the surface.
@@ -113,6 +126,20 @@ pub struct RepairAccount {
     /// Quads that kept their point on an edge of a cell.
     pub fans: u64,
 }
+
+/// A gap that was closed: surface where the input has none.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ClosedGap {
+    /// The middle of its box.
+    pub place: [f64; 3],
+    /// The diagonal of its box.
+    pub size: f64,
+    /// Cells that it goes through.
+    pub cells: usize,
+}
+
+/// Gaps that a report lists one by one.
+const LISTED: usize = 20;
 
 /// A repaired model.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,50 +153,84 @@ pub struct Repaired {
 /// Repairs a model.
 pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaired, RepairError> {
     let bounds = used_bounds(mesh).ok_or(RepairError::Empty)?;
+    let census = Census::of(mesh, run)?;
+    let throats = throats::throats(mesh, bounds, run)?;
+    let options = throats::settle(options, &throats);
     let frame = Frame::new(bounds, options.size, options.gap)?;
     let content = Content::new(mesh, &frame, run)?;
     let rim_cells = content.rim_cells(&frame, run)?;
     let reach = frame.rounds.div_ceil(BRICK);
     let (bricks, rims) =
         content::bricks_round(frame.bricks(), content.codes(), &rim_cells, reach);
+    drop(rim_cells);
     let (full, _) = content.full(&bricks);
-    let cell_volume = frame.cell().powi(3);
-    let keep = options.keep_cavities.map(|volume| (volume / cell_volume).max(1.0) as u64);
+    let keep = options.keep_cavities.map(|v| (v / frame.cell().powi(3)).max(1.0) as u64);
     let (mut labels, cavities) = Labels::new(bricks, &full, rims, frame.rounds, keep, run)?;
     drop(full);
     let mut filled = 0;
-    let (patches, surface_cells) = loop {
+    let (patches, membranes, surface_cells) = loop {
         let (_, ranges) = content.full(&labels.bricks);
         let placement = Placement::new(&content, &labels.bricks, &ranges, &frame);
         match extract(&labels, &placement, frame.steps, true, run)? {
-            Extracted::Done { patches, cells } => break (patches, cells),
+            Extracted::Done { patches, membranes, cells } => break (patches, membranes, cells),
             Extracted::Shared(cells) => {
                 filled += cells.len() as u64;
                 labels.fill(&cells);
             }
         }
     };
-    if filled > 0 {
-        let text = format!("{filled} cells were filled to tell sheets of the surface apart");
-        run.finding(Finding::note("filled-to-part", text).of(filled));
+    if patches.triangles.is_empty() {
+        return Err(RepairError::Thin(frame.cell()));
     }
-    run.stage("prove");
+    let gap = 2.0 * f64::from(frame.rounds) * frame.cell();
+    tell(&throats, gap, filled, run);
     let account = RepairAccount {
+        census,
         cell: frame.cell(),
         cells: frame.lattice.cells(),
-        gap: 2.0 * f64::from(frame.rounds) * frame.cell(),
+        gap,
         exact_in_single_precision: frame.single,
-        facets: content.facets.len(),
-        boundary_edges: content.rims.len(),
+        throats,
+        gaps_closed: membranes.len(),
+        largest_gaps: largest(&membranes, &frame),
         cavities,
         surface_cells,
         filled_to_part: filled,
         quads: patches.quads,
         fans: patches.fans,
     };
+    run.stage("prove");
     let points = crate::par::map(&patches.points, |&p| frame.world(p));
     let mesh = Mesh { points, triangles: patches.triangles, unit: mesh.unit, ..Mesh::default() };
     Ok(Repaired { solid: Solid::try_from(mesh)?, account })
+}
+
+/// What may surprise.
+fn tell(throats: &[Throat], gap: f64, filled: u64, run: &Run) {
+    if let Some(throat) = throats.iter().find(|t| t.width > gap) {
+        let ([x, y, z], width) = (throat.place, throat.width);
+        let text = format!(
+            "the outside gets in through an opening near {x:.4}, {y:.4}, {z:.4}, so what is behind \
+             it is a shell: a gap of {width:.4} closes it"
+        );
+        run.finding(Finding::warning("leak", text));
+    }
+    if filled > 0 {
+        let text = format!("{filled} cells were filled to tell sheets of the surface apart");
+        run.finding(Finding::note("filled-to-part", text).of(filled));
+    }
+}
+
+fn largest(membranes: &[Membrane], frame: &Frame) -> Vec<ClosedGap> {
+    let mut order: Vec<&Membrane> = membranes.iter().collect();
+    order.sort_by_key(|m| (std::cmp::Reverse(m.cells), m.bounds));
+    let gap = |m: &&Membrane| {
+        let [low, high] = m.bounds.map(|p| frame.world(p));
+        let size = (0..3).map(|a| (high[a] - low[a]).powi(2)).sum::<f64>().sqrt();
+        let place = std::array::from_fn(|a| f64::midpoint(low[a], high[a]));
+        ClosedGap { place, size, cells: m.cells }
+    };
+    order.iter().take(LISTED).map(gap).collect()
 }
 
 /// The box round the points that triangles use.
@@ -186,8 +247,8 @@ fn used_bounds(mesh: &Mesh) -> Option<[[f64; 3]; 2]> {
 
 /// What came of an extraction.
 enum Extracted {
-    /// The surface, and in how many cells.
-    Done { patches: Patches, cells: usize },
+    /// The surface, its parts where the input has none, and in how many cells it is.
+    Done { patches: Patches, membranes: Vec<Membrane>, cells: usize },
     /// These outside cells must be filled first.
     Shared(Vec<[u32; 3]>),
 }
@@ -202,7 +263,7 @@ fn extract<G: Guide>(
 ) -> Result<Extracted, RepairError> {
     let too_many = RepairError::TooManyCells(f64::from(u32::MAX));
     let Some(cells) = Cells::new(labels, run)? else { return Err(too_many) };
-    let apexes = match Apexes::new(&cells, guide, steps, run)? {
+    let mut apexes = match Apexes::new(&cells, guide, steps, run)? {
         Ok(apexes) => apexes,
         Err(failed) => {
             let mut fill: Vec<[u32; 3]> = Vec::new();
@@ -219,11 +280,12 @@ fn extract<G: Guide>(
             return Ok(Extracted::Shared(fill));
         }
     };
+    let membranes = smoothing::smooth(&cells, &mut apexes, steps, run)?;
     let count = cells.len();
     let Some(patches) = patches::patches(&cells, apexes, guide, steps, lean, run)? else {
         return Err(too_many);
     };
-    Ok(Extracted::Done { patches, cells: count })
+    Ok(Extracted::Done { patches, membranes, cells: count })
 }
 
 #[cfg(test)]

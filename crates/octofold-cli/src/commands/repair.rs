@@ -20,9 +20,11 @@ pub struct Args {
     /// Side of a cell, in the model's own unit
     #[arg(long, value_name = "SIZE", group = "size")]
     cell: Option<f64>,
-    /// Widest gap or hole that is closed, in the model's own unit [default: two cells]
-    #[arg(long, value_name = "G")]
-    gap: Option<f64>,
+    /// Widest gap or hole that is closed, in the model's own unit; auto closes those through which
+    /// the outside gets into a good part of the model, up to an eighth of its longest side, and
+    /// else those of two cells
+    #[arg(long, value_name = "G", default_value = "auto", value_parser = parse_gap)]
+    gap: Gap,
     /// Leave enclosed spaces empty, those of at least this volume where one is named
     #[arg(long, value_name = "VOLUME", num_args = 0..=1, default_missing_value = "0",
         require_equals = true)]
@@ -40,6 +42,16 @@ Examples:
   octofold repair house.glb house.3mf --resolution 512 --gap 0.05
   octofold repair bottle.stl bottle.ply --cell 0.2 --keep-cavities=100";
 
+fn parse_gap(text: &str) -> Result<Gap, String> {
+    if text == "auto" {
+        return Ok(Gap::Auto);
+    }
+    match text.parse::<f64>() {
+        Ok(width) if width.is_finite() && width >= 0.0 => Ok(Gap::Width(width)),
+        _ => Err("a width that is not negative, or auto, is asked for".into()),
+    }
+}
+
 impl Args {
     /// Validates and repairs.
     pub fn run(self, job: &Job) -> Result<Outcome> {
@@ -51,11 +63,10 @@ impl Args {
             (resolution, None) => Size::Resolution(resolution.unwrap_or(256)),
         };
         let finite = |x: f64| x.is_finite() && x >= 0.0;
-        ensure!(self.gap.is_none_or(finite), "--gap must not be negative");
         ensure!(self.keep_cavities.is_none_or(finite), "--keep-cavities must not be negative");
         let options = RepairOptions {
             size,
-            gap: self.gap.map_or(RepairOptions::default().gap, Gap::Width),
+            gap: self.gap,
             keep_cavities: self.keep_cavities,
         };
         let (input, output) = (self.input.check()?, self.output.check()?);

@@ -14,11 +14,14 @@ use crate::run::{Cancelled, Run};
 use crate::surface::cell::{edge_at, edge_axis, edge_corner};
 
 /// The vertices of all loops.
+#[derive(Default)]
 pub struct Apexes {
     /// Positions, loop by loop.
     pub points: Vec<Point>,
     /// The rank of the shape there, loop by loop.
     pub ranks: Vec<u8>,
+    /// Whether each loop has its cell to itself.
+    alone: Vec<bool>,
     /// What was done in cells with several loops, in order of the cells.
     shared: Vec<Shared>,
 }
@@ -50,7 +53,7 @@ impl Apexes {
     ) -> Result<Result<Self, Vec<Place>>, Cancelled> {
         run.stage("place");
         let parts = cells.per_brick(run, |bricks| {
-            let mut part = Self { points: Vec::new(), ranks: Vec::new(), shared: Vec::new() };
+            let mut part = Self::default();
             let mut failed = Vec::new();
             for brick in bricks {
                 cells.in_brick(brick, |cell, place| {
@@ -63,6 +66,7 @@ impl Apexes {
                     } else {
                         part.points.push(inside(place, target.at, 1, steps));
                         part.ranks.push(target.rank);
+                        part.alone.push(true);
                     }
                 });
             }
@@ -72,15 +76,21 @@ impl Apexes {
         if !failed.is_empty() {
             return Ok(Err(failed));
         }
-        let mut all = Self { points: Vec::new(), ranks: Vec::new(), shared: Vec::new() };
+        let mut all = Self::default();
         all.points.reserve_exact(cells.loop_count());
         all.ranks.reserve_exact(cells.loop_count());
         for (part, _) in parts {
             all.points.extend(part.points);
             all.ranks.extend(part.ranks);
+            all.alone.extend(part.alone);
             all.shared.extend(part.shared);
         }
         Ok(Ok(all))
+    }
+
+    /// Whether a loop has its cell to itself.
+    pub fn is_alone(&self, vertex: u32) -> bool {
+        self.alone[vertex as usize]
     }
 
     /// What was done in a cell with several loops.
@@ -107,8 +117,9 @@ impl Apexes {
             .collect();
         let centre = [f64::from(steps) / 2.0; 3];
         let mut best: Option<(usize, Point, Vec<Option<Point>>)> = None;
+        // Rounding leaves little choice near walls: the centre comes second.
         for at in [target.at, centre] {
-            let base = inside(place, at, (steps / 8).max(1), steps);
+            let base = inside(place, at, (steps / (2 * SHELL)).max(2), steps);
             let moved: Vec<Option<Point>> = (0..count)
                 .map(|l| {
                     let side = sides[l]?;
@@ -132,6 +143,7 @@ impl Apexes {
             }
             self.points.push(point.unwrap_or(base));
             self.ranks.push(target.rank);
+            self.alone.push(false);
         }
         self.shared.push(shared);
         // One of them may stay where it is.
@@ -263,7 +275,7 @@ fn attempt(
     steps: i32,
 ) -> Option<Point> {
     let direction = direction.try_normalize()?;
-    [SHELL, SHELL / 2, SHELL / 4, 2 * SHELL].into_iter().find_map(|part| {
+    [SHELL, 2 * SHELL, 4 * SHELL, SHELL / 2, SHELL / 4].into_iter().find_map(|part| {
         let step = (direction * f64::from(steps) / f64::from(part)).to_array();
         let step = step.map(|x| x.round() as i32);
         let point: Point = std::array::from_fn(|a| base[a] + step[a]);

@@ -6,7 +6,8 @@ use crate::run::{Cancelled, Run};
 /// What a flood has reached.
 pub struct Flood<'a> {
     bricks: &'a Bricks,
-    closed: &'a [Block],
+    /// Cells that it cannot enter.
+    pub closed: Vec<Block>,
     /// Reached cells of each brick.
     pub cells: Vec<Block>,
     /// Reached runs.
@@ -22,7 +23,7 @@ const BLOCK: usize = 1 << 14;
 
 impl<'a> Flood<'a> {
     /// A flood that has reached nothing and cannot enter the `closed` cells.
-    pub fn new(bricks: &'a Bricks, closed: &'a [Block]) -> Self {
+    pub fn new(bricks: &'a Bricks, closed: Vec<Block>) -> Self {
         Self {
             bricks,
             closed,
@@ -45,6 +46,12 @@ impl<'a> Flood<'a> {
     /// Lets it in at cells of a brick, all of them open.
     pub fn enter_cells(&mut self, brick: u32, cells: &Block) {
         self.reach(brick, *cells);
+    }
+
+    /// Opens closed cells of a brick.
+    pub fn open(&mut self, brick: u32, cells: &Block) {
+        self.closed[brick as usize].iter_mut().zip(cells).for_each(|(c, o)| *c &= !o);
+        self.look_at(Slot::Brick(brick));
     }
 
     /// Floods all that can be reached.
@@ -73,7 +80,7 @@ impl<'a> Flood<'a> {
 
     /// Takes the open cells among `found`, and all that they lead to in the brick.
     fn reach(&mut self, brick: u32, found: Block) {
-        let closed = &self.closed[brick as usize];
+        let closed = self.closed[brick as usize];
         let before = self.cells[brick as usize];
         let open = |block: &Block| -> Block { std::array::from_fn(|z| block[z] & !closed[z]) };
         let mut now = open(&found);

@@ -108,11 +108,17 @@ impl Frame {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gap {
+    /// As wide as the widest opening through which the outside gets into a good part of the model,
+    /// up to an eighth of its longest side.
+    Auto,
     /// So many cells wide.
     Cells(f64),
     /// So wide, in world units.
     Width(f64),
 }
+
+/// What is closed where nothing needs more, in cells.
+const LEAST_CELLS: f64 = 2.0;
 
 /// The most rounds of dilation: their cost grows with them.
 const MOST_ROUNDS: f64 = 4096.0;
@@ -120,6 +126,7 @@ const MOST_ROUNDS: f64 = 4096.0;
 impl Gap {
     fn rounds(self, cell: f64) -> Result<u32, RepairError> {
         let cells = match self {
+            Self::Auto => LEAST_CELLS,
             Self::Cells(cells) => cells,
             Self::Width(width) => width / cell,
         };

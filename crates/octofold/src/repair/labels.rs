@@ -56,13 +56,9 @@ impl Labels {
         let near = spread(&bricks, rims, rounds, run)?;
         let closed: Vec<Block> = full.iter().zip(&near).map(|(a, b)| either(a, b)).collect();
         run.stage("flood");
-        let mut flood = Flood::new(&bricks, &closed);
-        if let Slot::Run(border) = bricks.slot([0; 3]) {
-            flood.enter_run(border);
-        }
-        flood.spread(run)?;
-        let cavities = enclosed(&bricks, &closed, &mut flood, keep, run)?;
-        let Flood { cells: outside, runs: outside_runs, .. } = flood;
+        let mut flood = from_border(&bricks, closed, run)?;
+        let cavities = enclosed(&bricks, &mut flood, keep, run)?;
+        let Flood { closed, cells: outside, runs: outside_runs, .. } = flood;
         let inside: Vec<Block> = closed
             .iter()
             .zip(&outside)
@@ -180,16 +176,29 @@ impl Labels {
     }
 }
 
+/// What a flood from the border of the grid reaches.
+pub fn from_border<'a>(
+    bricks: &'a Bricks,
+    closed: Vec<Block>,
+    run: &Run,
+) -> Result<Flood<'a>, Cancelled> {
+    let mut flood = Flood::new(bricks, closed);
+    if let Slot::Run(border) = bricks.slot([0; 3]) {
+        flood.enter_run(border);
+    }
+    flood.spread(run)?;
+    Ok(flood)
+}
+
 /// Finds the spaces that the flood has not reached, and lets it into those that are kept.
 fn enclosed(
     bricks: &Bricks,
-    closed: &[Block],
     flood: &mut Flood<'_>,
     keep: Option<u64>,
     run: &Run,
 ) -> Result<Cavities, Cancelled> {
     let mut found = Cavities::default();
-    let mut seen = Flood::new(bricks, closed);
+    let mut seen = Flood::new(bricks, flood.closed.clone());
     // A space may have all its cells in runs.
     for run_number in 0..bricks.runs() as u32 {
         let r = run_number as usize;
@@ -205,7 +214,7 @@ fn enclosed(
         let b = brick as usize;
         loop {
             let left: Block = std::array::from_fn(|z| {
-                !closed[b][z] & !flood.cells[b][z] & !seen.cells[b][z]
+                !flood.closed[b][z] & !flood.cells[b][z] & !seen.cells[b][z]
             });
             let Some(z) = left.iter().position(|&w| w != 0) else { break };
             let mut seed = [0; 8];
@@ -247,16 +256,26 @@ impl Cavities {
 /// The cells within `rounds` of `cells`.
 fn spread(
     bricks: &Bricks,
-    cells: Vec<Block>,
+    mut cells: Vec<Block>,
     rounds: u32,
     run: &Run,
 ) -> Result<Vec<Block>, Cancelled> {
-    let nothing = vec![false; bricks.runs()];
-    let mut cells = cells;
     for _ in 0..rounds {
-        cells = per_brick(bricks, run, |brick| dilate(&bricks.halo(brick, &cells, &nothing)))?;
+        cells = dilated(bricks, &cells, run)?;
     }
     Ok(cells)
+}
+
+/// The cells that touch one of `cells`, and these.
+pub fn dilated(bricks: &Bricks, cells: &[Block], run: &Run) -> Result<Vec<Block>, Cancelled> {
+    let nothing = vec![false; bricks.runs()];
+    per_brick(bricks, run, |brick| {
+        let near = (0..27).any(|n| match bricks.beside(brick, n) {
+            Slot::Brick(other) => cells[other as usize] != [0; 8],
+            Slot::Run(_) => false,
+        });
+        if near { dilate(&bricks.halo(brick, cells, &nothing)) } else { [0; 8] }
+    })
 }
 
 /// Makes a block for every brick.

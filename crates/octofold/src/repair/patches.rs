@@ -271,15 +271,16 @@ impl<G: Guide> Weaver<'_, G> {
 
     /// The far end of the interval of a piercing point.
     fn far(&self, place: Place, config: Config, point: usize) -> Point {
-        let [low, high] = self.interval(place, config, point);
-        if point % 2 == 0 { high } else { low }
+        self.interval(place, config, point)[0]
     }
 
-    /// The closed interval of a piercing point.
+    /// The ends of the interval of a piercing point, that away from its corner first.
     fn interval(&self, place: Place, config: Config, point: usize) -> [Point; 2] {
         let (e, end) = (point / 2, point % 2);
         let ends = if config.pierced(e) == [true, true] {
-            split(self.cells, self.guide, place, config, e, self.steps).interval(end, self.steps)
+            split(self.cells, self.guide, place, config, e, self.steps).interval(end)
+        } else if end == 0 {
+            [self.steps, 0]
         } else {
             [0, self.steps]
         };

@@ -30,8 +30,8 @@ pub struct Target {
 pub struct Split {
     /// The points towards the low and the high end.
     pub at: [i32; 2],
-    /// The ends of the open intervals in which they may lie that are away from their corners.
-    pub far: [i32; 2],
+    /// The open intervals in which they may lie, their far ends first.
+    spans: [[i32; 2]; 2],
 }
 
 impl Split {
@@ -42,18 +42,20 @@ impl Split {
         let within = |t: f64, low: i32, high: i32| (t.round() as i32).clamp(low, high);
         if pierced != [true, true] {
             let at = [first, last].map(|t| within(t, 1, steps - 1));
-            return Self { at, far: [steps, 0] };
+            return Self { at, spans: [[steps, 0], [0, steps]] };
         }
         let split = within((first + last) / 2.0, 2, steps - 2);
         let apart = (steps / SHELL).max(1);
         let low = within(first, 1, (split - apart).max(1));
         let high = within(last, (split + apart).min(steps - 1), steps - 1);
-        Self { at: [low, high], far: [split; 2] }
+        // No wider than need be: moved cones must be seen from all of it.
+        let spans = [[split, (low - 2 * apart).max(0)], [split, (high + 2 * apart).min(steps)]];
+        Self { at: [low, high], spans }
     }
 
-    /// The closed interval of the point towards end `end`.
-    pub fn interval(&self, end: usize, steps: i32) -> [i32; 2] {
-        if end == 0 { [0, self.far[0]] } else { [self.far[1], steps] }
+    /// The ends of the open interval of the point towards end `end`, that away from its corner first.
+    pub fn interval(&self, end: usize) -> [i32; 2] {
+        self.spans[end]
     }
 }
 

@@ -75,11 +75,11 @@ impl Guide for Placement<'_> {
         let mut count = 0.0;
         for (_, facet) in self.facets(place.brick, place.cell) {
             let corners = self.local(facet, place.at);
+            touched += corners[0].clamp(DVec3::ZERO, DVec3::ONE);
+            count += 1.0;
             let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             let Some(normal) = across.try_normalize() else { continue };
             let (clipped, weight) = clip(corners, normal);
-            touched += corners[0].clamp(DVec3::ZERO, DVec3::ONE);
-            count += 1.0;
             if weight <= 0.0 {
                 continue;
             }
@@ -95,7 +95,7 @@ impl Guide for Placement<'_> {
         }
         if area <= 0.0 {
             let at = if count > 0.0 { touched / count } else { DVec3::splat(0.5) };
-            return Target { at: (at * self.steps).to_array(), rank: 0 };
+            return Target { at: (at * self.steps).to_array(), rank: u8::from(count > 0.0) };
         }
         let home = sum / area;
         let found = planes.iter().flatten().count();
