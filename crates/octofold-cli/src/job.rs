@@ -5,11 +5,11 @@ use crate::files::{Input, Output};
 use crate::memory;
 use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
-use octofold::pipeline::{self, Made, Shape, Step, StepError};
 use octofold::measure::{self, Measures, Weld};
+use octofold::pipeline::{self, Made, Shape, Step, StepError};
+use octofold::repair::RepairOptions;
 use octofold::report::{Answer, RepairReport, Report, ShapeMeasures};
 use octofold::surface::SurfaceAccount;
-use octofold::repair::RepairOptions;
 use octofold::{Cancel, Kind, Mesh, Run};
 use std::io::Write;
 use std::sync::Arc;
@@ -97,7 +97,12 @@ impl Job {
     }
 
     /// Reads `input`, repairs it, writes `output`, and proves the result again of the file.
-    pub fn repair(&self, input: &Input, options: RepairOptions, output: &Output) -> Result<Outcome> {
+    pub fn repair(
+        &self,
+        input: &Input,
+        options: RepairOptions,
+        output: &Output,
+    ) -> Result<Outcome> {
         self.refuse_mixed_output(output)?;
         ensure!(
             output.kind() == Kind::Mesh,
@@ -113,9 +118,9 @@ impl Job {
         let Made { shape, repair, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
         output.write(&shape, &self.run)?;
         let proof = if output.is_pipe() { None } else { Some(self.measure_written(output)?) };
-        let holds = proof.as_ref().map(|(_, m)| {
-            m.closed && m.oriented && m.manifold && m.self_intersections == 0
-        });
+        let holds = proof
+            .as_ref()
+            .map(|(_, m)| m.closed && m.oriented && m.manifold && m.self_intersections == 0);
         let distances = match (&reference, &proof) {
             (Some(Shape::Soup(soup)), Some((written, _))) => {
                 self.run.stage("distances");

@@ -24,10 +24,11 @@ mod throats;
 
 pub use census::Census;
 pub use frame::{Gap, MAX_RESOLUTION};
-pub use labels::Cavities;
+pub use labels::Enclosed;
 pub use throats::Throat;
 
 use crate::lattice::LatticeError;
+use crate::measure::Winding;
 use crate::mesh::Mesh;
 use crate::run::{Cancelled, Finding, Run};
 use crate::solid::{NotSolid, Solid};
@@ -51,7 +52,8 @@ pub struct RepairOptions {
     pub size: Size,
     /// The largest gap that is closed.
     pub gap: Gap,
-    /// Enclosed spaces of at least this volume stay empty; without it all are filled.
+    /// Enclosed spaces of at least this volume stay empty where the input does not wind round them;
+    /// without it all are filled.
     pub keep_cavities: Option<f64>,
 }
 
@@ -115,8 +117,8 @@ pub struct RepairAccount {
     pub gaps_closed: usize,
     /// The largest of them.
     pub largest_gaps: Vec<ClosedGap>,
-    /// Enclosed spaces.
-    pub cavities: Cavities,
+    /// Spaces that the outside does not reach.
+    pub enclosed: Enclosed,
     /// Cells of the surface.
     pub surface_cells: usize,
     /// Cells that were filled so that sheets of the surface could be told apart.
@@ -160,13 +162,18 @@ pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaire
     let content = Content::new(mesh, &frame, run)?;
     let rim_cells = content.rim_cells(&frame, run)?;
     let reach = frame.rounds.div_ceil(BRICK);
-    let (bricks, rims) =
-        content::bricks_round(frame.bricks(), content.codes(), &rim_cells, reach);
+    let (bricks, rims) = content::bricks_round(frame.bricks(), content.codes(), &rim_cells, reach);
     drop(rim_cells);
     let (full, _) = content.full(&bricks);
-    let keep = options.keep_cavities.map(|v| (v / frame.cell().powi(3)).max(1.0) as u64);
-    let (mut labels, cavities) = Labels::new(bricks, &full, rims, frame.rounds, keep, run)?;
-    drop(full);
+    let winding = options.keep_cavities.map(|least| (least, Winding::new(mesh)));
+    let keep = |cells: u64, at: [u32; 3]| {
+        let volume = cells as f64 * frame.cell().powi(3);
+        winding.as_ref().is_some_and(|(least, winding)| {
+            volume >= *least && winding.at(frame.centre(at)).abs() < 0.5
+        })
+    };
+    let (mut labels, enclosed) = Labels::new(bricks, &full, rims, frame.rounds, &keep, run)?;
+    drop((full, winding));
     let mut filled = 0;
     let (patches, membranes, surface_cells) = loop {
         let (_, ranges) = content.full(&labels.bricks);
@@ -193,7 +200,7 @@ pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaire
         throats,
         gaps_closed: membranes.len(),
         largest_gaps: largest(&membranes, &frame),
-        cavities,
+        enclosed,
         surface_cells,
         filled_to_part: filled,
         quads: patches.quads,

@@ -21,11 +21,12 @@ pub struct Args {
     #[arg(long, value_name = "SIZE", group = "size")]
     cell: Option<f64>,
     /// Widest gap or hole that is closed, in the model's own unit; auto closes those through which
-    /// the outside gets into a good part of the model, up to an eighth of its longest side, and
-    /// else those of two cells
+    /// the outside gets into a large space, up to a quarter of the model's longest side, and else
+    /// those of two cells
     #[arg(long, value_name = "G", default_value = "auto", value_parser = parse_gap)]
     gap: Gap,
-    /// Leave enclosed spaces empty, those of at least this volume where one is named
+    /// Leave cavities empty, those of at least this volume where one is named: enclosed spaces that
+    /// the model does not wind round
     #[arg(long, value_name = "VOLUME", num_args = 0..=1, default_missing_value = "0",
         require_equals = true)]
     keep_cavities: Option<f64>,
@@ -64,11 +65,7 @@ impl Args {
         };
         let finite = |x: f64| x.is_finite() && x >= 0.0;
         ensure!(self.keep_cavities.is_none_or(finite), "--keep-cavities must not be negative");
-        let options = RepairOptions {
-            size,
-            gap: self.gap,
-            keep_cavities: self.keep_cavities,
-        };
+        let options = RepairOptions { size, gap: self.gap, keep_cavities: self.keep_cavities };
         let (input, output) = (self.input.check()?, self.output.check()?);
         job.repair(&input, options, &output)
     }

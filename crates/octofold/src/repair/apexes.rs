@@ -193,7 +193,9 @@ pub fn owner(cells: &Cells<'_>, place: Place, e: usize) -> Option<Place> {
     if low == 0 {
         return Some(place);
     }
-    cells.bricks.place(place.brick, std::array::from_fn(|a| (inside[a] + (low as u32 >> a & 1)) as i32))
+    cells
+        .bricks
+        .place(place.brick, std::array::from_fn(|a| (inside[a] + (low as u32 >> a & 1)) as i32))
 }
 
 /// The piercing points of edge `e` of a cell.
@@ -246,9 +248,8 @@ fn moved(place: Place, base: Point, polygon: &Polygon, side: Side, steps: i32) -
         .map(|n| glam::DVec3::from_array(n.map(|x| x as f64)).normalize_or_zero())
         .collect();
     let sum: glam::DVec3 = unit.iter().sum();
-    attempt(place, base, &normals, sum, steps).or_else(|| {
-        attempt(place, base, &normals, middle_of_kernel(&unit), steps)
-    })
+    attempt(place, base, &normals, sum, steps)
+        .or_else(|| attempt(place, base, &normals, middle_of_kernel(&unit), steps))
 }
 
 /// The mean of the extreme directions that lie on the positive side of all normals.
@@ -296,9 +297,9 @@ pub fn touching(place: Place, config: Config) -> Vec<[u32; 3]> {
     for n in 0..27usize {
         let step = [n % 3, n / 3 % 3, n / 9];
         // A neighbour touches a corner that lies on its side on every axis.
-        let touches = (0..8usize).filter(|&c| config.open(c)).any(|c| {
-            (0..3).all(|a| step[a] == 1 || (step[a] == 2) == (c >> a & 1 == 1))
-        });
+        let touches = (0..8usize)
+            .filter(|&c| config.open(c))
+            .any(|c| (0..3).all(|a| step[a] == 1 || (step[a] == 2) == (c >> a & 1 == 1)));
         let at = std::array::from_fn(|a| place.at[a] + step[a] as u32 - 1);
         if touches && n != 13 && at.iter().all(|&x| x >= BRICK) {
             cells.push(at);

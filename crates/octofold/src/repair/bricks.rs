@@ -178,6 +178,12 @@ impl Bricks {
         self.extent(run).1.count() as u32
     }
 
+    /// A cell in the middle of a run that is not empty.
+    pub fn run_cell(&self, run: u32) -> [u32; 3] {
+        let ([y, z], span) = self.extent(run);
+        [u32::midpoint(*span.start(), *span.end()), y, z].map(|b| b * BRICK + BRICK / 2)
+    }
+
     /// Calls `visit` for everything that touches a run, itself too.
     pub fn around_run(&self, run: u32, mut visit: impl FnMut(Slot)) {
         let ([y, z], span) = self.extent(run);
@@ -189,8 +195,8 @@ impl Bricks {
             for y in y.saturating_sub(1)..=(y + 1).min(self.dims[1] - 1) {
                 let row = self.row([y, z]);
                 let x = |b: usize| u32::from(self.at[b][0]);
-                let start = row.start
-                    + self.at[row.clone()].partition_point(|b| u32::from(b[0]) < first);
+                let start =
+                    row.start + self.at[row.clone()].partition_point(|b| u32::from(b[0]) < first);
                 let shift = z * self.dims[1] + y;
                 let mut brick = start;
                 // The run before a brick touches unless the brick is the first place of all.
@@ -261,9 +267,8 @@ impl Bricks {
             let (y, z) = (row % 10 + 7, row / 10 + 7);
             let base = 3 * (y / 8) + 9 * (z / 8);
             let byte = |n: usize| (near[base + n][z % 8] >> (8 * (y % 8))) as u8;
-            halo[row] = u16::from(byte(0) >> 7)
-                | u16::from(byte(1)) << 1
-                | u16::from(byte(2) & 1) << 9;
+            halo[row] =
+                u16::from(byte(0) >> 7) | u16::from(byte(1)) << 1 | u16::from(byte(2) & 1) << 9;
         }
         halo
     }

@@ -213,9 +213,8 @@ impl Corners {
             u32::from(rows[at]) >> (x + (corner & 1)) & 1
         };
         let open = (0..8).fold(0, |bits, c| bits | bit(&self.open, c) << c);
-        let uncut = (0..12).fold(0, |bits, e| {
-            bits | bit(&self.uncut[edge_axis(e)], edge_corner(e)) << (8 + e)
-        });
+        let uncut = (0..12)
+            .fold(0, |bits, e| bits | bit(&self.uncut[edge_axis(e)], edge_corner(e)) << (8 + e));
         Config(open | uncut)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::bricks::{ALL, BRICK, Block, Bricks, FACING, Slot, count, dilate, dilate_within, meet};
 use crate::run::{Cancelled, Run};
+use std::collections::VecDeque;
 
 /// What a flood has reached.
 pub struct Flood<'a> {
@@ -14,7 +15,7 @@ pub struct Flood<'a> {
     pub runs: Vec<bool>,
     /// How many cells were reached.
     pub volume: u64,
-    waiting: Vec<Slot>,
+    waiting: VecDeque<Slot>,
     queued: Vec<bool>,
 }
 
@@ -30,7 +31,7 @@ impl<'a> Flood<'a> {
             cells: vec![[0; 8]; bricks.len()],
             runs: vec![false; bricks.runs()],
             volume: 0,
-            waiting: Vec::new(),
+            waiting: VecDeque::new(),
             queued: vec![false; bricks.len()],
         }
     }
@@ -39,7 +40,7 @@ impl<'a> Flood<'a> {
     pub fn enter_run(&mut self, run: u32) {
         if !std::mem::replace(&mut self.runs[run as usize], true) {
             self.volume += u64::from(self.bricks.run_length(run)) * u64::from(BRICK.pow(3));
-            self.waiting.push(Slot::Run(run));
+            self.waiting.push_back(Slot::Run(run));
         }
     }
 
@@ -57,7 +58,7 @@ impl<'a> Flood<'a> {
     /// Floods all that can be reached.
     pub fn spread(&mut self, run: &Run) -> Result<(), Cancelled> {
         let mut steps = 0;
-        while let Some(slot) = self.waiting.pop() {
+        while let Some(slot) = self.waiting.pop_front() {
             steps += 1;
             if steps % BLOCK == 0 {
                 run.check()?;
@@ -112,7 +113,7 @@ impl<'a> Flood<'a> {
             Slot::Brick(brick) => {
                 let done = self.closed[brick as usize] == ALL;
                 if !done && !std::mem::replace(&mut self.queued[brick as usize], true) {
-                    self.waiting.push(slot);
+                    self.waiting.push_back(slot);
                 }
             }
         }

@@ -98,6 +98,12 @@ impl Frame {
         std::array::from_fn(|a| (self.origin[a] + f64::from(point[a])) * self.step)
     }
 
+    /// World position of the middle of a cell.
+    pub fn centre(&self, cell: [u32; 3]) -> [f64; 3] {
+        let origin = self.lattice.origin();
+        std::array::from_fn(|a| origin[a] + (f64::from(cell[a]) + 0.5) * self.cell())
+    }
+
     /// Bricks along x, y, z.
     pub fn bricks(&self) -> [u32; 3] {
         self.lattice.cells().map(|n| n.div_ceil(BRICK))
@@ -108,8 +114,8 @@ impl Frame {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gap {
-    /// As wide as the widest opening through which the outside gets into a good part of the model,
-    /// up to an eighth of its longest side.
+    /// As wide as the widest throat: an opening up to a quarter of the longest side through which
+    /// the outside gets into a space that is large beside it.
     Auto,
     /// So many cells wide.
     Cells(f64),
@@ -191,7 +197,9 @@ mod tests {
         assert!(frame(Size::Pitch(1e-9), Gap::Cells(0.0)).is_err());
         assert!(frame(Size::Resolution(64), Gap::Width(-1.0)).is_err());
         assert!(frame(Size::Resolution(64), Gap::Width(f64::NAN)).is_err());
-        assert!(Frame::new([[-1e308; 3], [1e308; 3]], Size::Resolution(8), Gap::Cells(0.0)).is_err());
+        assert!(
+            Frame::new([[-1e308; 3], [1e308; 3]], Size::Resolution(8), Gap::Cells(0.0)).is_err()
+        );
         assert!(Frame::new([[3.0; 3]; 2], Size::Resolution(8), Gap::Cells(0.0)).is_ok());
     }
 }

@@ -26,32 +26,35 @@ pub struct Labels {
     pub inside_runs: Vec<bool>,
 }
 
-/// What became of the space that the outside does not reach.
+/// What became of the spaces that the outside does not reach, the insides of solids among them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Cavities {
-    /// Enclosed spaces.
-    pub found: u64,
+pub struct Enclosed {
+    /// How many there are.
+    pub spaces: u64,
     /// Those that stay empty; all others are filled.
     pub kept: u64,
     /// Cells in those that are filled.
     pub filled_cells: u64,
 }
 
+/// Tells which enclosed spaces stay empty, by how many cells they have and one of these.
+pub type Keep<'a> = &'a dyn Fn(u64, [u32; 3]) -> bool;
+
 /// Cells in blocks of bricks that are worked on together.
 const BLOCK: usize = 1024;
 
 impl Labels {
     /// Labels the cells of a grid in which the input touches the cells `full`, and its boundary
-    /// edges the cells `rims`. The bricks hold all cells within `rounds` of these. Enclosed spaces of
-    /// at least `keep` cells count as outside.
+    /// edges the cells `rims`. The bricks hold all cells within `rounds` of these. Enclosed spaces that
+    /// `keep` takes count as outside.
     pub fn new(
         bricks: Bricks,
         full: &[Block],
         rims: Vec<Block>,
         rounds: u32,
-        keep: Option<u64>,
+        keep: Keep<'_>,
         run: &Run,
-    ) -> Result<(Self, Cavities), Cancelled> {
+    ) -> Result<(Self, Enclosed), Cancelled> {
         run.stage("close");
         let near = spread(&bricks, rims, rounds, run)?;
         let closed: Vec<Block> = full.iter().zip(&near).map(|(a, b)| either(a, b)).collect();
@@ -194,16 +197,17 @@ pub fn from_border<'a>(
 fn enclosed(
     bricks: &Bricks,
     flood: &mut Flood<'_>,
-    keep: Option<u64>,
+    keep: Keep<'_>,
     run: &Run,
-) -> Result<Cavities, Cancelled> {
-    let mut found = Cavities::default();
+) -> Result<Enclosed, Cancelled> {
+    let mut found = Enclosed::default();
     let mut seen = Flood::new(bricks, flood.closed.clone());
     // A space may have all its cells in runs.
     for run_number in 0..bricks.runs() as u32 {
         let r = run_number as usize;
         if !flood.runs[r] && !seen.runs[r] && bricks.run_length(run_number) > 0 {
-            let kept = found.note(&mut seen, |f| f.enter_run(run_number), keep, run)?;
+            let at = bricks.run_cell(run_number);
+            let kept = found.note(&mut seen, |f| f.enter_run(run_number), at, keep, run)?;
             if kept {
                 flood.enter_run(run_number);
                 flood.spread(run)?;
@@ -219,7 +223,9 @@ fn enclosed(
             let Some(z) = left.iter().position(|&w| w != 0) else { break };
             let mut seed = [0; 8];
             seed[z] = left[z] & left[z].wrapping_neg();
-            let kept = found.note(&mut seen, |f| f.enter_cells(brick, &seed), keep, run)?;
+            let mut at = [0; 3];
+            places(bricks, brick, &seed, |place| at = place.at);
+            let kept = found.note(&mut seen, |f| f.enter_cells(brick, &seed), at, keep, run)?;
             if kept {
                 flood.enter_cells(brick, &seed);
                 flood.spread(run)?;
@@ -229,21 +235,22 @@ fn enclosed(
     Ok(found)
 }
 
-impl Cavities {
+impl Enclosed {
     /// Floods one more space and tells whether it is kept.
     fn note(
         &mut self,
         seen: &mut Flood<'_>,
         enter: impl FnOnce(&mut Flood<'_>),
-        keep: Option<u64>,
+        at: [u32; 3],
+        keep: Keep<'_>,
         run: &Run,
     ) -> Result<bool, Cancelled> {
         let before = seen.volume;
         enter(seen);
         seen.spread(run)?;
         let cells = seen.volume - before;
-        let kept = keep.is_some_and(|least| cells >= least);
-        self.found += 1;
+        let kept = keep(cells, at);
+        self.spaces += 1;
         if kept {
             self.kept += 1;
         } else {

@@ -253,7 +253,8 @@ impl<G: Guide> Weaver<'_, G> {
         config: Config,
         at: [usize; 2],
     ) -> bool {
-        let side = shared.sides[(self.cells.loop_at(cell, p) - self.cells.first_loop(cell)) as usize];
+        let side =
+            shared.sides[(self.cells.loop_at(cell, p) - self.cells.first_loop(cell)) as usize];
         if side == 0 {
             return true;
         }
@@ -380,7 +381,13 @@ impl<G: Guide> Weaver<'_, G> {
         // Creases are kept by joining the vertices that lie on them.
         let order = (rank(1), length(0)) > (rank(0), length(1));
         let [first, second] = if order { [1, 0] } else { [0, 1] };
-        let found = if passes(first) { first } else if passes(second) { second } else { return None };
+        let found = if passes(first) {
+            first
+        } else if passes(second) {
+            second
+        } else {
+            return None;
+        };
         Some(if found == 0 { Quad::First } else { Quad::Second })
     }
 

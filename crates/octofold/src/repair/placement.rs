@@ -86,7 +86,8 @@ impl Guide for Placement<'_> {
             sum += clipped * weight;
             area += weight;
             let quadric = Quadric::plane(normal, corners[0], weight);
-            let near = planes.iter_mut().flatten().find(|p| p.normal.dot(normal).abs() > SAME_PLANE);
+            let near =
+                planes.iter_mut().flatten().find(|p| p.normal.dot(normal).abs() > SAME_PLANE);
             if let Some(plane) = near {
                 plane.quadric += quadric;
             } else if let Some(free) = planes.iter_mut().find(|p| p.is_none()) {
@@ -99,7 +100,8 @@ impl Guide for Placement<'_> {
         }
         let home = sum / area;
         let found = planes.iter().flatten().count();
-        let sharp = least(planes.iter().flatten().map(|p| p.quadric * (1.0 / p.quadric.weight())), home);
+        let sharp =
+            least(planes.iter().flatten().map(|p| p.quadric * (1.0 / p.quadric.weight())), home);
         let at = match sharp {
             Some(at) if found < 2 || is_inside(at) => at,
             // Planes that only graze the cell must not pull as hard as those that fill it.
@@ -191,8 +193,7 @@ fn crossing(corners: [DVec3; 3], axis: usize) -> Option<f64> {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let flat = corners.map(|p| [p[u], p[v]]);
     let area = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
-    let weights =
-        [area(flat[1], flat[2]), area(flat[2], flat[0]), area(flat[0], flat[1])];
+    let weights = [area(flat[1], flat[2]), area(flat[2], flat[0]), area(flat[0], flat[1])];
     let sum: f64 = weights.iter().sum();
     let one_side = weights.iter().all(|&w| w >= 0.0) || weights.iter().all(|&w| w <= 0.0);
     if sum == 0.0 || !one_side {

@@ -70,7 +70,10 @@ pub fn smooth(
     for _ in 0..ROUNDS {
         run.check()?;
         at = par::map(&loose, |l| {
-            let beside = l.around.iter().map(|v| places.get(v).map_or_else(|| fixed(*v), |&i| at[i as usize]));
+            let beside = l
+                .around
+                .iter()
+                .map(|v| places.get(v).map_or_else(|| fixed(*v), |&i| at[i as usize]));
             let middle = beside.sum::<DVec3>() / l.around.len().max(1) as f64;
             let low = DVec3::from_array(l.low.map(f64::from));
             middle.clamp(low + 1.0, low + f64::from(steps - 1))

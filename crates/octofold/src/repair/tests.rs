@@ -64,7 +64,7 @@ fn labels(side: u32, shift: u32, full: impl Fn([u32; 3]) -> bool) -> Labels {
         })
         .collect();
     let nothing = vec![[0; 8]; blocks.len()];
-    Labels::new(bricks, &blocks, nothing, 0, None, &Run::default()).unwrap().0
+    Labels::new(bricks, &blocks, nothing, 0, &|_, _| false, &Run::default()).unwrap().0
 }
 
 /// Extracts until all sheets can be told apart.
@@ -117,5 +117,147 @@ fn every_labelling_of_two_by_two_by_two_cells_is_sound() {
         let guide = Anywhere { seed: u64::from(mask), steps: 256.0 };
         let full = |[x, y, z]: [u32; 3]| mask >> (x + 2 * y + 4 * z) & 1 == 1;
         is_sound(surface(labels(2, 7, full), &guide, true)).unwrap();
+    }
+}
+
+/// A sphere of radius 1 in `n` rings of triangles, without those for which `drop` holds.
+fn sphere(n: u32, drop: impl Fn([f64; 3]) -> bool) -> Mesh {
+    let around = 2 * n;
+    let point = |i: u32, j: u32| {
+        let (polar, turn) = (
+            std::f64::consts::PI * f64::from(i) / f64::from(n),
+            2.0 * std::f64::consts::PI * f64::from(j % around) / f64::from(around),
+        );
+        [polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos()]
+    };
+    let mut points = Vec::new();
+    let mut triangles = Vec::new();
+    for i in 0..n {
+        for j in 0..around {
+            let quad = [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)];
+            let middle = [0, 1, 2].map(|a| quad.iter().map(|p| p[a]).sum::<f64>() / 4.0);
+            if !drop(middle) {
+                let first = points.len() as u32;
+                points.extend(quad);
+                triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+            }
+        }
+    }
+    Mesh::new(points, triangles).unwrap()
+}
+
+fn options(resolution: u32, gap: Gap) -> RepairOptions {
+    RepairOptions { size: Size::Resolution(resolution), gap, keep_cavities: None }
+}
+
+fn volume(mesh: &Mesh) -> f64 {
+    crate::measure::Extent::of(mesh, &Run::default()).unwrap().volume
+}
+
+#[test]
+fn neither_order_nor_winding_nor_repeats_matter() {
+    let mesh = sphere(12, |p| p[2] > 0.9);
+    let repaired = repair(&mesh, &options(40, Gap::Auto), &Run::default()).unwrap().solid;
+    let mut other = mesh.clone();
+    other.triangles.reverse();
+    other.triangles.iter_mut().step_by(3).for_each(|t| t.swap(0, 1));
+    other.triangles.iter_mut().step_by(2).for_each(|t| t.rotate_left(1));
+    let again = other.triangles[..100].to_vec();
+    other.triangles.extend(again);
+    assert_eq!(repair(&other, &options(40, Gap::Auto), &Run::default()).unwrap().solid, repaired);
+    for threads in [1, 3] {
+        let alone = crate::par::with_threads(threads, || {
+            repair(&mesh, &options(40, Gap::Auto), &Run::default()).unwrap().solid
+        });
+        assert_eq!(alone, repaired);
+    }
+}
+
+#[test]
+fn holes_up_to_the_gap_are_closed_and_wider_ones_are_not() {
+    let whole = 4.0 / 3.0 * std::f64::consts::PI;
+    for (height, closes) in [(0.99, 0.4), (0.95, 0.9), (0.8, 1.6)] {
+        // The hole is 2 sqrt(1 - height^2) wide, about.
+        let mesh = sphere(48, |p| p[2] > height);
+        let closed = repair(&mesh, &options(48, Gap::Width(closes)), &Run::default()).unwrap();
+        assert!((volume(&closed.solid) / whole - 1.0).abs() < 0.1, "{height}");
+        assert!(closed.account.gaps_closed >= 1);
+        let open = repair(&mesh, &options(48, Gap::Width(closes / 8.0)), &Run::default()).unwrap();
+        assert!(volume(&open.solid) < 0.3 * whole, "{height}");
+    }
+}
+
+#[test]
+fn the_widest_throat_is_found_and_closed() {
+    let whole = 4.0 / 3.0 * std::f64::consts::PI;
+    let mesh = sphere(48, |p| p[2] > 0.97 || p[0] < -0.995);
+    let found = repair(&mesh, &options(48, Gap::Auto), &Run::default()).unwrap();
+    assert!((volume(&found.solid) / whole - 1.0).abs() < 0.1);
+    let throat = &found.account.throats[0];
+    assert!(throat.place[2] > 0.8, "{throat:?}");
+    assert!((0.3..0.9).contains(&throat.width), "{throat:?}");
+    // Half a sphere is a cup.
+    let cup = sphere(48, |p| p[2] > 0.0);
+    let found = repair(&cup, &options(48, Gap::Auto), &Run::default()).unwrap();
+    assert_eq!(found.account.throats, []);
+    assert!(volume(&found.solid) < 0.2 * whole);
+}
+
+#[test]
+fn cavities_are_filled_or_kept_by_their_size() {
+    let whole = 4.0 / 3.0 * std::f64::consts::PI;
+    let mut mesh = sphere(32, |_| false);
+    let inner = sphere(32, |_| false);
+    let first = mesh.points.len() as u32;
+    mesh.points.extend(inner.points.iter().map(|p| p.map(|x| x / 2.0)));
+    // The inner one faces inwards.
+    mesh.triangles.extend(inner.triangles.iter().map(|&[a, b, c]| [b, a, c].map(|p| p + first)));
+    let volume_with = |keep_cavities| {
+        let options = RepairOptions { keep_cavities, ..options(48, Gap::Cells(0.0)) };
+        volume(&repair(&mesh, &options, &Run::default()).unwrap().solid) / whole
+    };
+    assert!((volume_with(None) - 1.0).abs() < 0.05);
+    assert!((volume_with(Some(1.0)) - 1.0).abs() < 0.05);
+    assert!((volume_with(Some(0.3)) - 0.875).abs() < 0.05);
+}
+
+#[test]
+fn what_has_no_surface_is_refused() {
+    let run = Run::default();
+    let refused = |mesh: &Mesh| repair(mesh, &options(16, Gap::Auto), &run).unwrap_err();
+    assert_eq!(refused(&Mesh::default()), RepairError::Empty);
+    let needle = Mesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]);
+    assert!(matches!(refused(&needle.unwrap()), RepairError::Thin(_)));
+}
+
+proptest! {
+    #![proptest_config(crate::sweep::cases(24))]
+
+    #[test]
+    fn any_soup_becomes_sound_and_stays_near(
+        points in prop::collection::vec(prop::array::uniform3(-1f64..1.0), 3..12),
+        picks in prop::collection::vec(prop::array::uniform3(0usize..12), 1..16),
+        resolution in 2u32..24,
+    ) {
+        let triangles: Vec<[u32; 3]> =
+            picks.iter().map(|t| t.map(|p| (p % points.len()) as u32)).collect();
+        let mesh = Mesh::new(points, triangles).unwrap();
+        let run = Run::default();
+        let found = match repair(&mesh, &options(resolution, Gap::Cells(0.0)), &run) {
+            Err(RepairError::Thin(_) | RepairError::Empty) => return Ok(()),
+            found => found.unwrap(),
+        };
+        prop_assert!(found.account.exact_in_single_precision);
+        let mesh_out = found.solid.as_mesh();
+        prop_assert!(mesh_out.points.iter().flatten().all(|&x| f64::from(x as f32) == x));
+        if found.account.filled_to_part == 0 {
+            let nearest = crate::measure::Nearest::new(&mesh);
+            let most = found.account.cell * 3f64.sqrt();
+            for &p in &mesh_out.points {
+                let hit = nearest.nearest(p).unwrap();
+                prop_assert!(hit.distance_squared.sqrt() <= most);
+            }
+        }
+        is_sound(mesh_out.clone())?;
     }
 }

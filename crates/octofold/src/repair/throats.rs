@@ -17,11 +17,14 @@ use crate::voxelize::Size;
 /// Cells along the longest side of the coarse grid.
 const RESOLUTION: u32 = 128;
 
-/// Rounds of dilation: the widest opening is an eighth of the longest side.
-const ROUNDS: u32 = RESOLUTION / 16;
+/// Rounds of dilation: the widest opening is a quarter of the longest side.
+const ROUNDS: u32 = RESOLUTION / 8;
 
-/// The smallest share of the model's box that makes an opening a throat.
+/// The smallest share of the model's box behind a throat.
 const SHARE: f64 = 0.01;
+
+/// The smallest space behind a throat, in cubes of its width: the mouth of a cup is none.
+const CUBES: f64 = 8.0;
 
 /// An opening through which the outside gets into a space.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -73,10 +76,11 @@ pub fn throats(mesh: &Mesh, bounds: [[f64; 3]; 2], run: &Run) -> Result<Vec<Thro
             flood.open(brick, &opened);
             flood.spread(run)?;
             let gained = (flood.volume - before).saturating_sub(u64::from(count(&opened)));
-            if gained as f64 > SHARE * box_volume {
+            // The coarse grid sees boundary edges up to a cell thicker than they are.
+            let width = 2.0 * (round as f64 + 2.0);
+            if gained as f64 > f64::max(SHARE * box_volume, CUBES * width.powi(3)) {
                 found.push(Throat {
-                    // The coarse grid sees boundary edges up to a cell thicker than they are.
-                    width: 2.0 * (round as f64 + 2.0) * frame.cell(),
+                    width: width * frame.cell(),
                     place: middle(&bricks, brick, &opened, &frame),
                     volume: gained as f64 * frame.cell().powi(3),
                 });
