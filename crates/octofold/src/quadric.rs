@@ -77,7 +77,7 @@ impl Quadric {
     /// The point of the unit cube where what [`Self::lowest`] makes least is least, by descent along
     /// one axis after the other; `home` lies in the cube.
     pub fn lowest_in_cube(&self, home: DVec3, pull: f64) -> DVec3 {
-        const ROUNDS: usize = 24;
+        const ROUNDS: usize = 64;
         let held = pull * self.weight;
         let mut p = home;
         for _ in 0..ROUNDS {

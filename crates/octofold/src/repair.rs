@@ -14,6 +14,7 @@ mod census;
 mod content;
 mod flood;
 mod frame;
+mod inheritance;
 mod labels;
 mod loops;
 mod patches;
@@ -206,10 +207,12 @@ pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaire
         quads: patches.quads,
         fans: patches.fans,
     };
-    run.stage("prove");
     let points = crate::par::map(&patches.points, |&p| frame.world(p));
-    let mesh = Mesh { points, triangles: patches.triangles, unit: mesh.unit, ..Mesh::default() };
-    Ok(Repaired { solid: Solid::try_from(mesh)?, account })
+    let mut output =
+        Mesh { points, triangles: patches.triangles, unit: mesh.unit, ..Mesh::default() };
+    output.attributes = inheritance::inherit(mesh, &output, run)?;
+    run.stage("prove");
+    Ok(Repaired { solid: Solid::try_from(output)?, account })
 }
 
 /// What may surprise.

@@ -29,6 +29,9 @@ const PULL: f64 = 1e-3;
 /// Facets whose normals are nearer to each other than this count as one plane (20 degrees).
 const SAME_PLANE: f64 = 0.94;
 
+/// A point is on all planes where the sum of squared distances, in cells, is below this.
+const ON_ALL: f64 = 1e-3;
+
 /// Planes that are told apart.
 const MOST_PLANES: usize = 8;
 
@@ -100,15 +103,16 @@ impl Guide for Placement<'_> {
         }
         let home = sum / area;
         let found = planes.iter().flatten().count();
-        let sharp =
-            least(planes.iter().flatten().map(|p| p.quadric * (1.0 / p.quadric.weight())), home);
-        let at = match sharp {
-            Some(at) if found < 2 || is_inside(at) => at,
+        let all = planes.iter().flatten();
+        let alike = sum_of(all.clone().map(|p| p.quadric * (1.0 / p.quadric.weight())));
+        let meeting = least(&alike, home).filter(|&at| found < 2 || alike.at(at) < ON_ALL);
+        let (at, rank) = match meeting {
+            Some(at) => (at, found.min(3) as u8),
             // Planes that only graze the cell must not pull as hard as those that fill it.
-            _ => least(planes.iter().flatten().map(|p| p.quadric), home).unwrap_or(home),
+            None => (least(&sum_of(all.map(|p| p.quadric)), home).unwrap_or(home), 1),
         };
         let at = at.clamp(DVec3::ZERO, DVec3::ONE);
-        Target { at: (at * self.steps).to_array(), rank: found.min(3) as u8 }
+        Target { at: (at * self.steps).to_array(), rank }
     }
 
     fn crossings(&self, place: Place, axis: usize) -> Option<[f64; 2]> {
@@ -131,10 +135,14 @@ impl Guide for Placement<'_> {
     }
 }
 
-/// The least point of a sum of quadrics, in the unit cube where it lies outside.
-fn least(quadrics: impl Iterator<Item = Quadric>, home: DVec3) -> Option<DVec3> {
+fn sum_of(quadrics: impl Iterator<Item = Quadric>) -> Quadric {
     let mut sum = Quadric::default();
     quadrics.for_each(|q| sum += q);
+    sum
+}
+
+/// The least point of a sum of quadrics, in the unit cube where it lies outside.
+fn least(sum: &Quadric, home: DVec3) -> Option<DVec3> {
     let free = sum.lowest(home, PULL)?;
     if is_inside(free) { Some(free) } else { Some(sum.lowest_in_cube(home, PULL)) }
 }
