@@ -151,8 +151,8 @@ impl Bricks {
         }
     }
 
-    /// The first and last brick of a run along x, none where it is empty, and its row.
-    fn extent(&self, run: u32) -> ([u32; 2], std::ops::RangeInclusive<u32>) {
+    /// The row of a run, and its bricks along x.
+    fn extent(&self, run: u32) -> ([u32; 2], Range<u32>) {
         // Run numbers grow with the rows: the row is the last that begins at or before the run.
         let (mut low, mut high) = (0, self.starts.len() - 1);
         while high - low > 1 {
@@ -169,19 +169,18 @@ impl Bricks {
         let first = if before > row.start { x(before - 1) + 1 } else { 0 };
         let last = if before < row.end { x(before) } else { self.dims[0] };
         let row = [low as u32 % self.dims[1], low as u32 / self.dims[1]];
-        // No row begins or ends with a brick that is spelled out, but for two side by side.
-        (row, if first < last { first..=last - 1 } else { 1..=0 })
+        (row, first..last)
     }
 
     /// How many bricks a run has.
     pub fn run_length(&self, run: u32) -> u32 {
-        self.extent(run).1.count() as u32
+        self.extent(run).1.len() as u32
     }
 
     /// A cell in the middle of a run that is not empty.
     pub fn run_cell(&self, run: u32) -> [u32; 3] {
         let ([y, z], span) = self.extent(run);
-        [u32::midpoint(*span.start(), *span.end()), y, z].map(|b| b * BRICK + BRICK / 2)
+        [u32::midpoint(span.start, span.end), y, z].map(|b| b * BRICK + BRICK / 2)
     }
 
     /// Calls `visit` for everything that touches a run, itself too.
@@ -190,7 +189,7 @@ impl Bricks {
         if span.is_empty() {
             return;
         }
-        let (first, last) = (span.start().saturating_sub(1), span.end() + 1);
+        let (first, last) = (span.start.saturating_sub(1), span.end);
         for z in z.saturating_sub(1)..=(z + 1).min(self.dims[2] - 1) {
             for y in y.saturating_sub(1)..=(y + 1).min(self.dims[1] - 1) {
                 let row = self.row([y, z]);

@@ -9,6 +9,7 @@ use super::bricks::{Bricks, Place, coordinates};
 use super::content::Content;
 use super::frame::Frame;
 use super::piercing::{Guide, Target};
+use crate::measure::nearest_on;
 use crate::quadric::Quadric;
 use crate::scan::Facet;
 use glam::DVec3;
@@ -31,6 +32,9 @@ const SAME_PLANE: f64 = 0.94;
 
 /// A point is on all planes where the sum of squared distances, in cells, is below this.
 const ON_ALL: f64 = 1e-3;
+
+/// A vertex further than this from the input, in cells, goes to its nearest point.
+const OFF: f64 = 0.25;
 
 /// Planes that are told apart.
 const MOST_PLANES: usize = 8;
@@ -60,6 +64,20 @@ impl<'a> Placement<'a> {
             let offset = [0, 1, 2].map(|a| i64::from(p[a]) - (i64::from(at[a]) << self.sub_bits));
             DVec3::from_array(offset.map(|x| x as f64)) / size
         })
+    }
+}
+
+impl Placement<'_> {
+    /// The point of the facets of a cell that is nearest to `p`.
+    fn nearest(&self, place: Place, p: DVec3) -> DVec3 {
+        let points = self.facets(place.brick, place.cell).map(|(_, facet)| {
+            let corners = self.local(facet, place.at).map(|c| c.to_array());
+            DVec3::from_array(nearest_on(corners, p.to_array()))
+        });
+        let nearer = |a: DVec3, b: DVec3| {
+            if p.distance_squared(b) < p.distance_squared(a) { b } else { a }
+        };
+        points.reduce(nearer).unwrap_or(p)
     }
 }
 
@@ -110,6 +128,12 @@ impl Guide for Placement<'_> {
             Some(at) => (at, found.min(3) as u8),
             // Planes that only graze the cell must not pull as hard as those that fill it.
             None => (least(&sum_of(all.map(|p| p.quadric)), home).unwrap_or(home), 1),
+        };
+        // Planes may meet where the input does not reach.
+        let (at, rank) = if found > 1 && self.nearest(place, at).distance(at) > OFF {
+            (self.nearest(place, home), 1)
+        } else {
+            (at, rank)
         };
         let at = at.clamp(DVec3::ZERO, DVec3::ONE);
         Target { at: (at * self.steps).to_array(), rank }
