@@ -1,12 +1,12 @@
 //! Which cells are outside, which are full and which are inside.
 //!
 //! Cells that the input touches are full. Cells near its boundary edges are closed by dilation, the
-//! outside is flooded from the border of the grid, and what was dilated is given back from outside,
-//! but for cells that touch the inside. So **no inside cell touches an outside cell, not even at a
+//! outside is flooded from the border of the grid, and what was dilated is given back from both sides,
+//! but for a wall between them. So **no inside cell touches an outside cell, not even at a
 //! corner** (invariant S), which is what the extraction rests on. Source: specification of repair
 //! (A.1.4); Bischoff, Pavic and Kobbelt 2005.
 
-use super::bricks::{ALL, Block, Bricks, Place, Slot, dilate, each, has};
+use super::bricks::{ALL, Block, Bricks, Halo, Place, Slot, dilate, each, has};
 use super::flood::Flood;
 use crate::par;
 use crate::run::{Cancelled, Run};
@@ -20,7 +20,7 @@ pub struct Labels {
     pub outside: Vec<Block>,
     /// Which runs are outside.
     pub outside_runs: Vec<bool>,
-    /// Cells that were neither reached nor touched by the input: the inside.
+    /// Cells that are neither outside nor full.
     pub inside: Vec<Block>,
     /// Which runs are inside.
     pub inside_runs: Vec<bool>,
@@ -74,7 +74,8 @@ impl Labels {
         Ok((labels, cavities))
     }
 
-    /// Lets the outside grow back into cells that only dilation closed.
+    /// Lets the outside and the inside grow back into cells that only dilation closed, by turns and
+    /// never so far that they touch: what stays between them is a wall half-way.
     fn give_back(
         &mut self,
         full: &[Block],
@@ -82,30 +83,43 @@ impl Labels {
         rounds: u32,
         run: &Run,
     ) -> Result<(), Cancelled> {
-        let free = per_brick(&self.bricks, run, |brick| {
-            let b = brick as usize;
-            if near[b] == [0; 8] {
-                return [0; 8];
-            }
-            let guard = dilate(&self.bricks.halo(brick, &self.inside, &self.inside_runs));
-            std::array::from_fn(|z| near[b][z] & !full[b][z] & !guard[z])
-        })?;
+        let free: Vec<Block> =
+            near.iter().zip(full).map(|(n, f)| std::array::from_fn(|z| n[z] & !f[z])).collect();
         for _ in 0..rounds {
-            let grown = per_brick(&self.bricks, run, |brick| {
-                let (own, free) = (self.outside[brick as usize], free[brick as usize]);
-                if free.iter().zip(&own).all(|(f, o)| f & !o == 0) {
-                    return own;
-                }
-                let halo = self.bricks.halo(brick, &self.outside, &self.outside_runs);
-                let near = dilate(&halo);
-                std::array::from_fn(|z| own[z] | near[z] & free[z])
+            let outside = self.grown(&self.outside, &self.outside_runs, &free, run, |brick| {
+                self.bricks.halo(brick, &self.inside, &self.inside_runs)
             })?;
-            if grown == self.outside {
+            let still = outside == self.outside;
+            self.outside = outside;
+            let inside = self.grown(&self.inside, &self.inside_runs, &free, run, |brick| {
+                self.bricks.halo(brick, &self.outside, &self.outside_runs)
+            })?;
+            if still && inside == self.inside {
                 break;
             }
-            self.outside = grown;
+            self.inside = inside;
         }
         Ok(())
+    }
+
+    /// The cells, and those of `free` that touch them and nothing of `other`.
+    fn grown(
+        &self,
+        cells: &[Block],
+        runs: &[bool],
+        free: &[Block],
+        run: &Run,
+        other: impl Fn(u32) -> Halo + Sync,
+    ) -> Result<Vec<Block>, Cancelled> {
+        per_brick(&self.bricks, run, |brick| {
+            let (own, free) = (cells[brick as usize], free[brick as usize]);
+            if free.iter().zip(&own).all(|(f, o)| f & !o == 0) {
+                return own;
+            }
+            let reached = dilate(&self.bricks.halo(brick, cells, runs));
+            let guard = dilate(&other(brick));
+            std::array::from_fn(|z| own[z] | reached[z] & free[z] & !guard[z])
+        })
     }
 
     /// Whether a cell is outside.

@@ -261,3 +261,112 @@ proptest! {
         is_sound(mesh_out.clone())?;
     }
 }
+
+/// The labels of a dense grid, by the book: 1 outside, 0 full, -1 inside.
+fn by_the_book(side: i32, full: &[bool], rims: &[bool], rounds: u32) -> Vec<i8> {
+    let at = |x: i32, y: i32, z: i32| (x + side * (y + side * z)) as usize;
+    let around = |i: usize| {
+        let i = i as i32;
+        let [x, y, z] = [i % side, i / side % side, i / side / side];
+        let span = move |c: i32| (c - 1).max(0)..=(c + 1).min(side - 1);
+        span(z).flat_map(move |z| span(y).flat_map(move |y| span(x).map(move |x| at(x, y, z))))
+    };
+    let grow = |cells: &[bool]| -> Vec<bool> {
+        (0..cells.len()).map(|i| around(i).any(|j| cells[j])).collect()
+    };
+    let near = (0..rounds).fold(rims.to_vec(), |cells, _| grow(&cells));
+    let closed: Vec<bool> = full.iter().zip(&near).map(|(f, n)| *f || *n).collect();
+    let mut outside = vec![false; full.len()];
+    let mut waiting = vec![0];
+    outside[0] = true;
+    while let Some(i) = waiting.pop() {
+        for j in around(i) {
+            if !closed[j] && !std::mem::replace(&mut outside[j], true) {
+                waiting.push(j);
+            }
+        }
+    }
+    let mut inside: Vec<bool> = closed.iter().zip(&outside).map(|(c, o)| !c && !o).collect();
+    for _ in 0..rounds {
+        for from_outside in [true, false] {
+            let (own, other) =
+                if from_outside { (&mut outside, &inside) } else { (&mut inside, &outside) };
+            let (wider, guarded) = (grow(own), grow(other));
+            for i in 0..full.len() {
+                own[i] |= wider[i] && near[i] && !full[i] && !guarded[i];
+            }
+        }
+    }
+    (0..full.len()).map(|i| i8::from(outside[i]) - i8::from(inside[i])).collect()
+}
+
+proptest! {
+    #![proptest_config(crate::sweep::cases(60))]
+
+    #[test]
+    fn labels_are_those_by_the_book_and_the_inside_never_touches_the_outside(
+        seed in any::<u64>(),
+        thick in 0.3f64..1.2,
+        holes in 0.0f64..0.3,
+        rounds in 0u32..4,
+    ) {
+        const BRICKS: u32 = 5;
+        let side = BRICKS * BRICK;
+        let random = Anywhere { seed, steps: 1.0 };
+        let centre = f64::from(side) / 2.0;
+        // A shell with holes, and boundary cells beside these.
+        let cell = |i: u32| [i % side, i / side % side, i / side / side];
+        let far = |at: [u32; 3]| at.map(|x| (f64::from(x) + 0.5 - centre).powi(2)).iter().sum::<f64>();
+        let count = side.pow(3);
+        let full: Vec<bool> = (0..count)
+            .map(|i| {
+                let at = cell(i);
+                let block = at.map(|x| x / 3);
+                (far(at).sqrt() - 7.0).abs() < thick && random.number(block, 50) >= holes
+            })
+            .collect();
+        let rims: Vec<bool> = (0..count)
+            .map(|i| full[i as usize] && random.number(cell(i).map(|x| x / 3), 51) < 0.3)
+            .collect();
+        let code = |at: [u32; 3]| Bricks::code([BRICKS; 3], at.map(|x| x / BRICK));
+        let set = |cells: &[bool]| -> Vec<(u64, u32)> {
+            let mut found: Vec<_> = (0..count)
+                .filter(|&i| cells[i as usize])
+                .map(|i| (code(cell(i)), cell_of(cell(i).map(|x| x % BRICK))))
+                .collect();
+            found.sort_unstable();
+            found
+        };
+        let mut codes: Vec<u64> = set(&full).iter().map(|c| c.0).collect();
+        codes.dedup();
+        let (bricks, near) = content::bricks_round([BRICKS; 3], codes, &set(&rims), 1);
+        let mut blocks = vec![[0; 8]; bricks.len()];
+        for (code, cell) in set(&full) {
+            let brick = bricks.codes().position(|c| c == code).unwrap();
+            blocks[brick][cell as usize / 64] |= 1u64 << (cell % 64);
+        }
+        let run = Run::default();
+        let (labels, enclosed) =
+            Labels::new(bricks, &blocks, near, rounds, &|_, _| false, &run).unwrap();
+        let expected = by_the_book(side as i32, &full, &rims, rounds);
+        let inside = |at: [u32; 3]| match labels.bricks.slot(at.map(|x| x / BRICK)) {
+            bricks::Slot::Run(run) => labels.inside_runs[run as usize],
+            bricks::Slot::Brick(b) => {
+                bricks::has(&labels.inside[b as usize], cell_of(at.map(|x| x % BRICK)))
+            }
+        };
+        for i in 0..count {
+            let at = cell(i);
+            let found = i8::from(labels.is_outside(at)) - i8::from(inside(at));
+            prop_assert_eq!(found, expected[i as usize], "{:?}", at);
+        }
+        prop_assert_eq!(enclosed.kept, 0);
+        for i in (0..count).filter(|&i| expected[i as usize] < 0) {
+            let at = cell(i);
+            for n in 0..27u32 {
+                let beside = std::array::from_fn(|a| at[a] + n / 3u32.pow(a as u32) % 3 - 1);
+                prop_assert!(!labels.is_outside(beside));
+            }
+        }
+    }
+}
