@@ -9,7 +9,7 @@ use std::path::Path;
 const FREE: [&str; 8] = ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 20] = [
+const TABLE: [(&str, &[&str]); 21] = [
     ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
@@ -21,7 +21,8 @@ const TABLE: [(&str, &[&str]); 20] = [
     ("picture", &["measure", "mesh", "volume"]),
     ("pipeline", ALL),
     ("polygon", &[]),
-    ("report", &["histogram", "measure", "mesh", "pipeline", "surface", "volume"]),
+    ("repair", &["bits", "lattice", "measure", "mesh", "solid", "surface", "voxelize"]),
+    ("report", &["histogram", "measure", "mesh", "pipeline", "repair", "surface", "volume"]),
     ("rows", &[]),
     ("samples", &["mesh", "soup", "surface", "volume"]),
     ("solid", &["measure", "mesh", "soup"]),

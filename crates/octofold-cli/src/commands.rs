@@ -7,6 +7,7 @@ mod convert;
 mod demo;
 mod info;
 mod paper;
+mod repair;
 mod run;
 mod sample;
 mod surface;
@@ -32,6 +33,8 @@ pub enum Command {
     Voxelize(voxelize::Args),
     /// Turn a volume into the mesh of its surface
     Surface(surface::Args),
+    /// Turn any polygons into a closed mesh that does not meet itself
+    Repair(repair::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
     /// Repeat a paper's experiments beside its published figures
@@ -53,6 +56,7 @@ impl Command {
             Self::Sample(_) => "sample",
             Self::Voxelize(_) => "voxelize",
             Self::Surface(_) => "surface",
+            Self::Repair(_) => "repair",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
             Self::Run(_) => "run",
@@ -71,6 +75,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Sample(args) => args.check()?.run(job),
         Command::Voxelize(args) => args.run(job),
         Command::Surface(args) => args.run(job),
+        Command::Repair(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),

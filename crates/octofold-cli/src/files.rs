@@ -188,6 +188,11 @@ impl Output {
         self.path.as_os_str() == "-"
     }
 
+    /// The file, to be read back.
+    pub fn as_input(&self) -> Input {
+        Input { path: self.path.clone(), format: Some(self.format), layout: None }
+    }
+
     /// The name for messages.
     pub fn name(&self) -> String {
         if self.is_pipe() {

@@ -5,12 +5,17 @@ use crate::files::{Input, Output};
 use crate::memory;
 use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
+use octofold::measure::{self, Measures, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
-use octofold::report::{Answer, Report, ShapeMeasures};
+use octofold::repair::RepairOptions;
+use octofold::report::{Answer, RepairReport, Report, ShapeMeasures};
 use octofold::surface::SurfaceAccount;
-use octofold::{Cancel, Kind, Run};
+use octofold::{Cancel, Kind, Mesh, Run};
 use std::io::Write;
 use std::sync::Arc;
+
+/// Points spread over both meshes for the distances in a report.
+const SAMPLES: usize = 200_000;
 
 /// How a command ended that did its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +50,8 @@ pub struct Account {
     pub output: Option<ShapeMeasures>,
     /// What the surface method tells of its own work.
     pub surface: Option<SurfaceAccount>,
+    /// What was repaired.
+    pub repair: Option<RepairReport>,
 }
 
 impl Job {
@@ -80,12 +87,73 @@ impl Job {
         );
         let shape = opened.read(&self.run)?;
         let input = self.measures(&shape)?;
-        let Made { shape, surface } = pipeline::pipeline(shape, &steps, &self.run)?;
+        let Made { shape, surface, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
         let measures = self.measures(&shape)?;
         output.write(&shape, &self.run)?;
-        self.finish(Account { answer: None, steps, input, output: measures, surface })?;
+        let account = Account { steps, input, output: measures, surface, ..Account::default() };
+        self.finish(account)?;
         self.say_written(output, &shape);
         Ok(Outcome::Holds)
+    }
+
+    /// Reads `input`, repairs it, writes `output`, and proves the result again of the file.
+    pub fn repair(
+        &self,
+        input: &Input,
+        options: RepairOptions,
+        output: &Output,
+    ) -> Result<Outcome> {
+        self.refuse_mixed_output(output)?;
+        ensure!(
+            output.kind() == Kind::Mesh,
+            "{} holds a {}, and a repaired mesh is to be written",
+            output.name(),
+            output.kind()
+        );
+        let soup = input.open()?.read_mesh(&self.run)?;
+        let shape = Shape::Soup(soup);
+        let measured = self.measures(&shape)?;
+        let reference = if self.json { Some(shape.clone()) } else { None };
+        let steps = vec![Step::Repair(options)];
+        let Made { shape, repair, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
+        output.write(&shape, &self.run)?;
+        let proof = if output.is_pipe() { None } else { Some(self.measure_written(output)?) };
+        let holds = proof
+            .as_ref()
+            .map(|(_, m)| m.closed && m.oriented && m.manifold && m.self_intersections == 0);
+        let distances = match (&reference, &proof) {
+            (Some(Shape::Soup(soup)), Some((written, _))) => {
+                self.run.stage("distances");
+                Some(measure::compare(written, &soup.triangulate(), SAMPLES, &self.run)?)
+            }
+            _ => None,
+        };
+        let repair =
+            repair.map(|account| RepairReport { account, proved_of_file: holds, distances });
+        let written = proof.map(|(_, m)| ShapeMeasures::Mesh(m));
+        self.finish(Account {
+            steps,
+            input: measured,
+            output: written,
+            repair,
+            ..Account::default()
+        })?;
+        self.say_written(output, &shape);
+        if holds == Some(false) {
+            self.terminal.say(&format!(
+                "{}: rounding in this format has spoilt the mesh: write PLY or OBJ",
+                output.name()
+            ));
+            return Ok(Outcome::DoesNotHold);
+        }
+        Ok(Outcome::Holds)
+    }
+
+    /// Measures what stands in a file that was just written.
+    fn measure_written(&self, output: &Output) -> Result<(Mesh, Measures)> {
+        let mesh = output.as_input().open()?.read_mesh(&self.run)?.triangulate();
+        let measures = measure::measure(&mesh, Weld::Exact, &self.run)?;
+        Ok((mesh, measures))
     }
 
     /// Writes a shape that was made here, and reports.
@@ -130,7 +198,7 @@ impl Job {
         if !self.json {
             return Ok(());
         }
-        let Account { answer, steps, input, output, surface } = account;
+        let Account { answer, steps, input, output, surface, repair } = account;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: self.command,
@@ -142,6 +210,7 @@ impl Job {
             input,
             output,
             surface,
+            repair,
             findings,
         };
         self.answer(&serde_json::to_string_pretty(&report)?)

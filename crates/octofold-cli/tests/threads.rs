@@ -13,7 +13,7 @@ fn octofold(folder: &Path, threads: &str, words: &[&str]) -> Vec<u8> {
 
 #[test]
 fn files_and_answers_do_not_depend_on_threads() {
-    const STEPS: [&[&str]; 15] = [
+    const STEPS: [&[&str]; 16] = [
         &["sample", "kettle", "kettle.ply", "--resolution", "48"],
         &["sample", "scan", "scan.ply", "--resolution", "48"],
         &["sample", "gyroid", "gyroid.npy", "--resolution", "70"],
@@ -26,6 +26,7 @@ fn files_and_answers_do_not_depend_on_threads() {
         &["surface", "solid.nrrd", "solid-mc.glb", "--method", "mc"],
         &["surface", "gyroid.npy", "gyroid.stl", "--iso", "0", "--below"],
         &["surface", "thin6.vox", "labels.glb", "--labels"],
+        &["repair", "scan.ply", "repaired.stl", "--resolution", "60"],
         &["convert", "kettle.ply", "kettle.3mf"],
         &["info", "scan.ply", "--picture", "scan.png"],
         &["compare", "solid.glb", "kettle.ply", "--samples", "20000"],
@@ -45,7 +46,7 @@ fn files_and_answers_do_not_depend_on_threads() {
         });
         runs.push((answers, files.collect::<Vec<_>>()));
     }
-    assert_eq!(runs[0].1.len(), 14);
+    assert_eq!(runs[0].1.len(), 15);
     for run in &runs[1..] {
         for (a, b) in runs[0].1.iter().zip(&run.1) {
             assert_eq!(a.0, b.0);

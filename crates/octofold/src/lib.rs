@@ -19,6 +19,7 @@ pub mod pipeline;
 pub mod polygon;
 pub mod quadric;
 pub mod radix;
+pub mod repair;
 pub mod report;
 pub mod rows;
 pub mod run;

@@ -14,7 +14,7 @@ pub mod within;
 pub use distance::{Comparison, Distances, compare};
 pub use extent::Extent;
 pub use intersect::self_intersections;
-pub use nearest::{Hit, Nearest};
+pub use nearest::{Hit, Nearest, nearest_on};
 pub use topology::{Defect, Topology};
 pub use weld::{Weld, Welding, weld, weld_points};
 pub use winding::Winding;

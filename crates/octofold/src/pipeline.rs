@@ -4,6 +4,7 @@
 //! the same options. Converting a file is the empty list.
 
 use crate::histogram::Histogram;
+use crate::repair::{self, RepairAccount, RepairError, RepairOptions};
 use crate::run::{Cancelled, Finding, Run};
 use crate::soup::Soup;
 use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
@@ -72,11 +73,13 @@ pub enum Step {
     Voxelize(VoxelizeOptions),
     /// Volume to the mesh of its surface.
     Surface(SurfaceOptions),
+    /// Any polygons to a closed mesh.
+    Repair(RepairOptions),
 }
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 3] = ["triangulate", "voxelize", "surface"];
+    pub const ALL: [&'static str; 4] = ["triangulate", "voxelize", "surface", "repair"];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -84,13 +87,14 @@ impl Step {
             Self::Triangulate => Self::ALL[0],
             Self::Voxelize(_) => Self::ALL[1],
             Self::Surface(_) => Self::ALL[2],
+            Self::Repair(_) => Self::ALL[3],
         }
     }
 
     /// What it takes.
     pub fn takes(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Voxelize(_) => Kind::Mesh,
+            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) => Kind::Mesh,
             Self::Surface(_) => Kind::Volume,
         }
     }
@@ -98,7 +102,7 @@ impl Step {
     /// What it gives.
     pub fn gives(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Surface(_) => Kind::Mesh,
+            Self::Triangulate | Self::Surface(_) | Self::Repair(_) => Kind::Mesh,
             Self::Voxelize(_) => Kind::Volume,
         }
     }
@@ -139,6 +143,9 @@ pub enum StepError {
     /// The mesh could not be voxelized.
     #[error(transparent)]
     Voxelize(#[from] VoxelizeError),
+    /// The mesh could not be repaired.
+    #[error(transparent)]
+    Repair(#[from] RepairError),
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),
@@ -171,6 +178,8 @@ pub struct Made {
     pub shape: Shape,
     /// What the method of the last surface step tells of its own work.
     pub surface: Option<SurfaceAccount>,
+    /// What the last repair tells of its own work.
+    pub repair: Option<RepairAccount>,
 }
 
 /// Runs `steps` one after the other. Whether they fit together is checked before any work.
@@ -178,6 +187,7 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
     outcome(shape.kind(), steps)?;
     let mut shape = shape;
     let mut account = None;
+    let mut repaired = None;
     for step in steps {
         run.check()?;
         shape = match (step, shape) {
@@ -205,10 +215,19 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
                 }
                 Shape::Soup(mesh.into())
             }
+            (Step::Repair(options), Shape::Soup(soup)) => {
+                run.stage("triangulate");
+                let mesh = soup.triangulate();
+                drop(soup);
+                let repair::Repaired { solid, account: told } =
+                    repair::repair(&mesh, options, run)?;
+                repaired = Some(told);
+                Shape::Soup(solid.into_mesh().into())
+            }
             (_, unfit) => unfit,
         };
     }
-    Ok(Made { shape, surface: account })
+    Ok(Made { shape, surface: account, repair: repaired })
 }
 
 fn empty_surface(options: &SurfaceOptions) -> Finding {
@@ -308,6 +327,7 @@ mod tests {
             Step::Triangulate,
             Step::Voxelize(VoxelizeOptions { size: Size::Resolution(128), fill: Fill::Solid }),
             Step::Surface(SurfaceOptions::default()),
+            Step::Repair(RepairOptions::default()),
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);

@@ -3,7 +3,7 @@
 //! Source: Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997.
 
 use glam::{DMat3, DVec3};
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Mul};
 
 /// The sum of weighted squared distances to planes: p A p - 2 b p + c.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +26,19 @@ impl AddAssign for Quadric {
         self.side += other.side;
         self.rest += other.rest;
         self.weight += other.weight;
+    }
+}
+
+impl Mul<f64> for Quadric {
+    type Output = Self;
+
+    fn mul(self, by: f64) -> Self {
+        Self {
+            form: self.form * by,
+            side: self.side * by,
+            rest: self.rest * by,
+            weight: self.weight * by,
+        }
     }
 }
 
@@ -60,6 +73,29 @@ impl Quadric {
         let p = home + step;
         p.is_finite().then_some(p)
     }
+
+    /// The point of the unit cube where what [`Self::lowest`] makes least is least, by descent along
+    /// one axis after the other; `home` lies in the cube.
+    pub fn lowest_in_cube(&self, home: DVec3, pull: f64) -> DVec3 {
+        const ROUNDS: usize = 64;
+        let held = pull * self.weight;
+        let mut p = home;
+        for _ in 0..ROUNDS {
+            let before = p;
+            for a in 0..3 {
+                let column = self.form.col(a);
+                let bend = column[a] + held;
+                if bend > 0.0 {
+                    let slope = column.dot(p) - self.side[a] + held * (p[a] - home[a]);
+                    p[a] = (p[a] - slope / bend).clamp(0.0, 1.0);
+                }
+            }
+            if p.distance_squared(before) < 1e-14 {
+                break;
+            }
+        }
+        p
+    }
 }
 
 #[cfg(test)]
@@ -77,6 +113,22 @@ mod tests {
         assert!(found.distance(corner) < 1e-6, "{found}");
         assert!(sum.at(corner) < 1e-9);
         assert!((sum.at(corner + DVec3::Y) - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn in_the_cube_the_lowest_point_is_on_its_wall() {
+        let corner = DVec3::new(3.0, 0.25, 0.5);
+        let mut sum = Quadric::default();
+        for normal in [DVec3::X, DVec3::Y, DVec3::new(0.6, 0.0, 0.8)] {
+            sum += Quadric::plane(normal, corner, 1.0);
+        }
+        let home = DVec3::splat(0.5);
+        let found = sum.lowest_in_cube(home, 1e-6);
+        let best = (0..=1000)
+            .map(|i| DVec3::new(1.0, 0.25, f64::from(i) / 1000.0))
+            .min_by(|a, b| sum.at(*a).total_cmp(&sum.at(*b)))
+            .unwrap();
+        assert!(found.distance(best) < 2e-3, "{found} {best}");
     }
 
     #[test]

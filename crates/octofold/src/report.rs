@@ -5,6 +5,7 @@
 use crate::histogram::Histogram;
 use crate::measure::{self, Comparison, Measures, Weld};
 use crate::pipeline::{Kind, Shape, Step};
+use crate::repair::RepairAccount;
 use crate::run::{Finding, Run};
 use crate::surface::SurfaceAccount;
 use crate::volume::{Placement, Region, ScalarType, Volume, VolumeError};
@@ -37,8 +38,23 @@ pub struct Report {
     pub output: Option<ShapeMeasures>,
     /// What the surface method tells of its own work: octants, rejections, open edges.
     pub surface: Option<SurfaceAccount>,
+    /// What a repair tells of its own work.
+    pub repair: Option<RepairReport>,
     /// Odd things that did not stop the work.
     pub findings: Vec<Finding>,
+}
+
+/// What was repaired, and what is proved of the file that was written.
+#[derive(Debug, Clone, Serialize)]
+pub struct RepairReport {
+    /// What was done.
+    #[serde(flatten)]
+    pub account: RepairAccount,
+    /// Closed, oriented, manifold and free of self-intersection, as read back from the file; `None`
+    /// where there is no file to read.
+    pub proved_of_file: Option<bool>,
+    /// How far the output is from the input, and the input from the output.
+    pub distances: Option<Comparison>,
 }
 
 /// One stage of the work.

@@ -184,6 +184,12 @@ fn box_distances(node: &Node, p: [f64; 3]) -> [f64; 4] {
     sum
 }
 
+/// The nearest point of one triangle.
+pub fn nearest_on(corners: [[f64; 3]; 3], query: [f64; 3]) -> [f64; 3] {
+    let p = DVec3::from(query);
+    (p + Face::new(corners).offset_from(p)).to_array()
+}
+
 /// A triangle, made ready for distances.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Face {

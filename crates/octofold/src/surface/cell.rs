@@ -44,7 +44,7 @@ pub const fn edge_at(corner: usize, axis: usize) -> usize {
 }
 
 /// The corners of face `f`, counter-clockwise seen from outside the cell.
-pub(super) const fn face_corners(f: usize) -> [usize; 4] {
+pub const fn face_corners(f: usize) -> [usize; 4] {
     let (axis, side) = (f / 2, f % 2);
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     let base = side << axis;
