@@ -7,7 +7,7 @@
 //!
 //! - [`combine`]: set operations row by row. [`patches`]: the same on links, as published.
 //! - [`motion`]: rotation and scaling by exact resampling.
-//! - [`planes`], [`ridges`], [`compress`]: the two steps of compression, and back.
+//! - [`compress`]: the two steps of compression, by planes and by ridges, and back.
 //!
 //! Source: Fujimura, Kobori and Kutsuwa, "Shape compression of spatial partitioning models using
 //! the network model"; specification of the network model (A1 to A5).
