@@ -31,6 +31,14 @@ impl<T> Rows<T> {
         self.items.push(item);
     }
 
+    /// Adds items to the row that is being built.
+    pub fn extend(&mut self, items: &[T])
+    where
+        T: Copy,
+    {
+        self.items.extend_from_slice(items);
+    }
+
     /// The last item of the row that is being built.
     pub fn last_mut(&mut self) -> Option<&mut T> {
         let first = self.rows.last().map_or(0, |r| r.end);
@@ -71,13 +79,19 @@ impl<T> Rows<T> {
     /// The place among all items of the first of a row, and its items; none beyond the last slice.
     pub fn row(&self, y: usize, z: usize) -> (usize, &[T]) {
         let Some(&[first, end]) = self.slices.get(z..z + 2) else { return (0, &[]) };
-        match self.rows[first..end].binary_search_by_key(&(y as u32), |r| r.y) {
-            Ok(at) => {
-                let range = self.items_of(first + at);
-                (range.start, &self.items[range])
-            }
-            Err(_) => (0, &[]),
-        }
+        let slice = &self.rows[first..end];
+        let Some(lowest) = slice.first() else { return (0, &[]) };
+        // Where no row is missing the place is known.
+        let guess = y.wrapping_sub(lowest.y as usize);
+        let at = match slice.get(guess) {
+            Some(row) if row.y as usize == y => guess,
+            _ => match slice.binary_search_by_key(&(y as u32), |r| r.y) {
+                Ok(at) => at,
+                Err(_) => return (0, &[]),
+            },
+        };
+        let range = self.items_of(first + at);
+        (range.start, &self.items[range])
     }
 
     /// The rows of a slice that have items, with their y, from `rows` on.

@@ -54,18 +54,9 @@ pub fn combine(
     let parts = par::blocks(run, slices, BLOCK, |range| {
         let mut rows = Rows::default();
         for z in range {
-            let mut slice: Vec<_> = solids.iter().map(|s| s.of_slice(z).peekable()).collect();
-            while let Some(y) = slice.iter_mut().filter_map(|s| s.peek().map(|r| r.0)).min() {
-                let row = |s: &mut std::iter::Peekable<_>| s.next_if(|r: &(u32, _)| r.0 == y);
-                if let [a, b] = &mut slice[..] {
-                    let [a, b] = [row(a), row(b)].map(|r| r.map_or(&[][..], |r| r.1));
-                    merge_two(operation, a, b, |run| rows.push(run));
-                } else {
-                    let runs: Vec<&[[u32; 2]]> =
-                        slice.iter_mut().map(|s| row(s).map_or(&[][..], |r| r.1)).collect();
-                    merge_all(operation, &runs, |run| rows.push(run));
-                }
-                rows.end_row(y);
+            match others {
+                [second] => slice_of_two(operation, first, second, z, &mut rows),
+                _ => slice_of_all(operation, solids, z, &mut rows),
             }
             rows.end_slice();
         }
@@ -74,32 +65,79 @@ pub fn combine(
     Ok(Some(Spans::from_rows(first.dims(), first.placement, parts)))
 }
 
+/// One slice of the result for two solids.
+fn slice_of_two(operation: Operation, a: &Spans, b: &Spans, z: usize, rows: &mut Rows<[u32; 2]>) {
+    let [keeps_a, keeps_b] = [true, false].map(|first| operation.keeps(1, first, 2));
+    let (mut a, mut b) = (a.of_slice(z), b.of_slice(z));
+    let (mut next_a, mut next_b) = (a.next(), b.next());
+    loop {
+        let y = match (next_a, next_b) {
+            (None, None) => return,
+            (Some((y, own)), other) if other.is_none_or(|(other, _)| y < other) => {
+                if keeps_a {
+                    rows.extend(own);
+                }
+                next_a = a.next();
+                y
+            }
+            (Some((y, one)), Some((other, two))) if y == other => {
+                merge_two(operation, one, two, |run| rows.push(run));
+                (next_a, next_b) = (a.next(), b.next());
+                y
+            }
+            (_, Some((y, own))) => {
+                if keeps_b {
+                    rows.extend(own);
+                }
+                next_b = b.next();
+                y
+            }
+            (Some(_), None) => return,
+        };
+        rows.end_row(y);
+    }
+}
+
+/// One slice of the result for any number of solids.
+fn slice_of_all(operation: Operation, solids: &[&Spans], z: usize, rows: &mut Rows<[u32; 2]>) {
+    let mut slice: Vec<_> = solids.iter().map(|s| s.of_slice(z).peekable()).collect();
+    while let Some(y) = slice.iter_mut().filter_map(|s| s.peek().map(|r| r.0)).min() {
+        let row = |s: &mut std::iter::Peekable<_>| s.next_if(|r: &(u32, _)| r.0 == y);
+        let runs: Vec<&[[u32; 2]]> =
+            slice.iter_mut().map(|s| row(s).map_or(&[][..], |r| r.1)).collect();
+        merge_all(operation, &runs, |run| rows.push(run));
+        rows.end_row(y);
+    }
+}
+
 /// Runs of the result of an operation on the same row of two solids.
 fn merge_two(operation: Operation, a: &[[u32; 2]], b: &[[u32; 2]], mut push: impl FnMut([u32; 2])) {
     // Ends of runs in order: even places begin one, odd ones end it.
     let (a, b) = (a.as_flattened(), b.as_flattened());
     let (mut i, mut j) = (0, 0);
-    let mut start = None;
+    let end = |row: &[u32], i: usize| row.get(i).copied().unwrap_or(u32::MAX);
+    let (mut p, mut q) = (end(a, 0), end(b, 0));
     let keeps = [false, true].map(|in_b| {
         [false, true].map(|in_a| operation.keeps(usize::from(in_a) + usize::from(in_b), in_a, 2))
     });
-    while i < a.len() || j < b.len() {
-        let x = match (a.get(i), b.get(j)) {
-            (Some(&p), Some(&q)) => p.min(q),
-            (Some(&p), None) => p,
-            (None, Some(&q)) => q,
-            (None, None) => return,
-        };
-        i += usize::from(a.get(i) == Some(&x));
-        j += usize::from(b.get(j) == Some(&x));
-        match (start, keeps[j % 2][i % 2]) {
-            (None, true) => start = Some(x),
-            (Some(from), false) => {
-                push([from, x]);
-                start = None;
-            }
-            _ => {}
+    let (mut inside, mut start) = (false, 0);
+    while p.min(q) != u32::MAX {
+        let x = p.min(q);
+        if p == x {
+            i += 1;
+            p = end(a, i);
         }
+        if q == x {
+            j += 1;
+            q = end(b, j);
+        }
+        let keep = keeps[j % 2][i % 2];
+        if keep && !inside {
+            start = x;
+        } else if inside && !keep {
+            push([start, x]);
+        }
+        inside = keep;
     }
 }
 
