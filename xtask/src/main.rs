@@ -14,7 +14,8 @@ use std::process::{Command, ExitCode};
 const USAGE: &str = "\
 cargo xtask test          everything that CI checks
 cargo xtask tidy          the conventions of the repository
-cargo xtask sweep NAME    the whole of a large sweep: formats, cubes or voxels
+cargo xtask sweep NAME    the whole of a large sweep: formats, certified, cubes, labels,
+                          published, repair or voxels
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
                           models, labels or certified";
 

@@ -142,30 +142,17 @@ impl Network {
         placement: Placement,
         nodes: impl IntoIterator<Item = Node>,
     ) -> Self {
-        let mut rows = Rows::<Stretch>::default();
-        let mut at = None;
-        for node in nodes {
+        let stretches = nodes.into_iter().map(|node| {
             let [x, y, z] = node.at();
-            if at != Some([y, z]) {
-                if let Some([y, _]) = at {
-                    rows.end_row(y);
-                }
-                while rows.depth() < z as usize {
-                    rows.end_slice();
-                }
-                at = Some([y, z]);
+            ([y, z], Stretch { start: x, end: x + 1, mask: node.mask })
+        });
+        let rows = Rows::collect(dims[2], stretches, |last, next| {
+            let goes_on = last.end == next.start && last.mask == next.mask;
+            if goes_on {
+                last.end = next.end;
             }
-            match rows.last_mut() {
-                Some(last) if last.end == x && last.mask == node.mask => last.end = x + 1,
-                _ => rows.push(Stretch { start: x, end: x + 1, mask: node.mask }),
-            }
-        }
-        if let Some([y, _]) = at {
-            rows.end_row(y);
-        }
-        while rows.depth() < dims[2] {
-            rows.end_slice();
-        }
+            goes_on
+        });
         Self { dims, placement, rows }
     }
 

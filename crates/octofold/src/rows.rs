@@ -26,6 +26,40 @@ impl<T> Default for Rows<T> {
 }
 
 impl<T> Rows<T> {
+    /// A table of `depth` slices of items in order of row `[y, z]`; `join` may take an item into the
+    /// one before it in its row.
+    pub fn collect(
+        depth: usize,
+        ordered: impl IntoIterator<Item = ([u32; 2], T)>,
+        join: impl Fn(&mut T, &T) -> bool,
+    ) -> Self {
+        let mut rows = Self::default();
+        let mut at = None;
+        for (row, item) in ordered {
+            if at != Some(row) {
+                if let Some([y, _]) = at.replace(row) {
+                    rows.end_row(y);
+                }
+                rows.fill_to(row[1] as usize);
+            }
+            if !rows.last_mut().is_some_and(|last| join(last, &item)) {
+                rows.push(item);
+            }
+        }
+        if let Some([y, _]) = at {
+            rows.end_row(y);
+        }
+        rows.fill_to(depth);
+        rows
+    }
+
+    /// Ends slices until there are `depth`.
+    pub fn fill_to(&mut self, depth: usize) {
+        while self.slices.len() <= depth {
+            self.end_slice();
+        }
+    }
+
     /// Adds an item to the row that is being built.
     pub fn push(&mut self, item: T) {
         self.items.push(item);
@@ -64,11 +98,6 @@ impl<T> Rows<T> {
         self.slices.extend(other.slices[1..].iter().map(|s| s + rows));
         self.rows.extend(other.rows.iter().map(|r| Row { y: r.y, end: r.end + items }));
         self.items.extend(other.items);
-    }
-
-    /// How many slices were ended.
-    pub fn depth(&self) -> usize {
-        self.slices.len() - 1
     }
 
     /// All items.

@@ -29,28 +29,14 @@ impl Spans {
         placement: Placement,
         ordered: impl IntoIterator<Item = ([u32; 2], [u32; 2])>,
     ) -> Self {
-        let mut rows = Rows::<[u32; 2]>::default();
-        let mut at = None;
-        for ([y, z], [start, end]) in ordered {
-            debug_assert!((z as usize) < dims[2] && start < end && end as usize <= dims[0]);
-            if at != Some([y, z]) {
-                if let Some([y, _]) = at {
-                    rows.end_row(y);
-                }
-                while rows.depth() < z as usize {
-                    rows.end_slice();
-                }
-                at = Some([y, z]);
+        let rows = Rows::collect(dims[2], ordered, |last: &mut [u32; 2], run| {
+            let touches = last[1] >= run[0];
+            if touches {
+                last[1] = last[1].max(run[1]);
             }
-            match rows.last_mut() {
-                Some(run) if run[1] >= start => run[1] = run[1].max(end),
-                _ => rows.push([start, end]),
-            }
-        }
-        if let Some([y, _]) = at {
-            rows.end_row(y);
-        }
-        Self::from_rows(dims, placement, [rows])
+            touches
+        });
+        Self { dims, placement, rows }
     }
 
     /// Joins tables of runs, slice after slice; runs of a row do not touch.
@@ -61,9 +47,7 @@ impl Spans {
     ) -> Self {
         let mut rows = Rows::default();
         parts.into_iter().for_each(|part| rows.append(part));
-        while rows.depth() < dims[2] {
-            rows.end_slice();
-        }
+        rows.fill_to(dims[2]);
         Self { dims, placement, rows }
     }
 

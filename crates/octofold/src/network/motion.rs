@@ -9,7 +9,6 @@
 
 use super::{Network, Stretch};
 use crate::par;
-use crate::rows::Rows;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
 use crate::volume::Placement;
@@ -122,19 +121,14 @@ pub fn moved(
     let rows: Vec<&[Part]> = parts.chunk_by(|a, b| a.row == b.row).collect();
     let solid = network.spans();
     let found = par::blocks(run, rows.len(), ROWS, |range| {
-        let rows = rows[range].iter();
-        rows.map(|row| (row[0].row, fill(&solid, preimage, row, dims[0] as u32)))
-            .collect::<Vec<_>>()
+        let runs = |row: &&[Part]| {
+            let [z, y] = row[0].row;
+            let runs = fill(&solid, preimage, row, dims[0] as u32);
+            runs.into_iter().map(move |run| ([y, z], run))
+        };
+        rows[range].iter().flat_map(runs).collect::<Vec<_>>()
     })?;
-    let mut table = Rows::default();
-    for ([z, y], runs) in found.into_iter().flatten() {
-        while table.depth() < z as usize {
-            table.end_slice();
-        }
-        runs.into_iter().for_each(|run| table.push(run));
-        table.end_row(y);
-    }
-    Ok(Spans::from_rows(dims, placement, [table]))
+    Ok(Spans::from_runs(dims, placement, found.into_iter().flatten()))
 }
 
 /// Voxels of one row of the result that must be looked up.
