@@ -36,6 +36,20 @@ const BLOCK: usize = 8;
 /// The most voxels along an axis.
 pub const MOST_VOXELS: usize = 1 << 16;
 
+/// Why a solid has no network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NetworkError {
+    /// Nodes could not be named.
+    #[error("{voxels} voxels along an axis: a network has at most {MOST_VOXELS}")]
+    TooLong {
+        /// How many there are.
+        voxels: usize,
+    },
+    /// The work was interrupted.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
 /// A face's direction: axis `d / 2`, downwards where `d` is even.
 pub type Direction = u8;
 
@@ -92,8 +106,11 @@ pub struct Network {
 
 impl Network {
     /// The network of a solid.
-    pub fn new(solid: &Spans, run: &Run) -> Result<Self, Cancelled> {
+    pub fn new(solid: &Spans, run: &Run) -> Result<Self, NetworkError> {
         let dims = solid.dims();
+        if let Some(voxels) = dims.into_iter().find(|&n| n > MOST_VOXELS) {
+            return Err(NetworkError::TooLong { voxels });
+        }
         run.stage("network");
         let parts = par::blocks(run, dims[2], BLOCK, |slices| {
             let mut rows = Rows::default();

@@ -198,6 +198,15 @@ fn symmetries_move_every_voxel() {
 }
 
 #[test]
+fn a_grid_too_long_for_nodes_is_refused() {
+    let empty = |voxels| Spans::empty([voxels, 1, 1], Placement::default());
+    let network = |voxels| Network::new(&empty(voxels), &Run::default());
+    assert_eq!(network(MOST_VOXELS).unwrap().count(), 0);
+    let voxels = MOST_VOXELS + 1;
+    assert_eq!(network(voxels), Err(NetworkError::TooLong { voxels }));
+}
+
+#[test]
 fn a_box_has_26_data_and_a_hollow_one_more() {
     let full = solid([12; 3], |at| at.iter().all(|i| (1..11).contains(i)));
     let hollow = solid([12; 3], |at| {
