@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 8] = ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sweep"];
+const FREE: [&str; 9] =
+    ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sets", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
 const TABLE: [(&str, &[&str]); 21] = [

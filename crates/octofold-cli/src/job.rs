@@ -7,7 +7,6 @@ use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
 use octofold::measure::{self, Measures, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
-use octofold::repair::RepairOptions;
 use octofold::report::{Answer, RepairReport, Report, ShapeMeasures};
 use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Mesh, Run};
@@ -97,12 +96,7 @@ impl Job {
     }
 
     /// Reads `input`, repairs it, writes `output`, and proves the result again of the file.
-    pub fn repair(
-        &self,
-        input: &Input,
-        options: RepairOptions,
-        output: &Output,
-    ) -> Result<Outcome> {
+    pub fn repair(&self, input: &Input, step: Step, output: &Output) -> Result<Outcome> {
         self.refuse_mixed_output(output)?;
         ensure!(
             output.kind() == Kind::Mesh,
@@ -114,13 +108,19 @@ impl Job {
         let shape = Shape::Soup(soup);
         let measured = self.measures(&shape)?;
         let reference = if self.json { Some(shape.clone()) } else { None };
-        let steps = vec![Step::Repair(options)];
+        let steps = vec![step];
         let Made { shape, repair, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
         output.write(&shape, &self.run)?;
         let proof = if output.is_pipe() { None } else { Some(self.measure_written(output)?) };
-        let holds = proof
-            .as_ref()
-            .map(|(_, m)| m.closed && m.oriented && m.manifold && m.self_intersections == 0);
+        let sheets = repair.as_ref().and_then(|r| r.sheets.as_ref());
+        let holds = proof.as_ref().map(|(_, m)| match sheets {
+            None => m.closed && m.oriented && m.manifold && m.self_intersections == 0,
+            Some(sheets) => {
+                m.self_intersections == 0
+                    && m.duplicate_triangles == 0
+                    && (m.oriented || sheets.one_sided_patches > 0)
+            }
+        });
         let distances = match (&reference, &proof) {
             (Some(Shape::Soup(soup)), Some((written, _))) => {
                 self.run.stage("distances");

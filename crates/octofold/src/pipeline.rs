@@ -4,7 +4,7 @@
 //! the same options. Converting a file is the empty list.
 
 use crate::histogram::Histogram;
-use crate::repair::{self, RepairAccount, RepairError, RepairOptions};
+use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
 use crate::soup::Soup;
 use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
@@ -75,11 +75,14 @@ pub enum Step {
     Surface(SurfaceOptions),
     /// Any polygons to a closed mesh.
     Repair(RepairOptions),
+    /// Any polygons to single sheets where they are thin, closed parts where they are not.
+    Sheets(SheetOptions),
 }
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 4] = ["triangulate", "voxelize", "surface", "repair"];
+    pub const ALL: [&'static str; 5] =
+        ["triangulate", "voxelize", "surface", "repair", "sheets"];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -88,13 +91,16 @@ impl Step {
             Self::Voxelize(_) => Self::ALL[1],
             Self::Surface(_) => Self::ALL[2],
             Self::Repair(_) => Self::ALL[3],
+            Self::Sheets(_) => Self::ALL[4],
         }
     }
 
     /// What it takes.
     pub fn takes(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) => Kind::Mesh,
+            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) | Self::Sheets(_) => {
+                Kind::Mesh
+            }
             Self::Surface(_) => Kind::Volume,
         }
     }
@@ -102,7 +108,7 @@ impl Step {
     /// What it gives.
     pub fn gives(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Surface(_) | Self::Repair(_) => Kind::Mesh,
+            Self::Triangulate | Self::Surface(_) | Self::Repair(_) | Self::Sheets(_) => Kind::Mesh,
             Self::Voxelize(_) => Kind::Volume,
         }
     }
@@ -224,6 +230,15 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
                 repaired = Some(told);
                 Shape::Soup(solid.into_mesh().into())
             }
+            (Step::Sheets(options), Shape::Soup(soup)) => {
+                run.stage("triangulate");
+                let mesh = soup.triangulate();
+                drop(soup);
+                let repair::SheetComplex { mesh, account: told, .. } =
+                    repair::sheets(&mesh, options, run)?;
+                repaired = Some(told);
+                Shape::Soup(mesh.into())
+            }
             (_, unfit) => unfit,
         };
     }
@@ -328,6 +343,7 @@ mod tests {
             Step::Voxelize(VoxelizeOptions { size: Size::Resolution(128), fill: Fill::Solid }),
             Step::Surface(SurfaceOptions::default()),
             Step::Repair(RepairOptions::default()),
+            Step::Sheets(SheetOptions::default()),
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);

@@ -17,15 +17,18 @@ mod frame;
 mod inheritance;
 mod labels;
 mod loops;
+mod members;
 mod patches;
 mod piercing;
 mod placement;
+mod sheets;
 mod smoothing;
 mod throats;
 
 pub use census::Census;
 pub use frame::{Gap, MAX_RESOLUTION};
 pub use labels::Enclosed;
+pub use sheets::{Junction, SheetAccount, SheetComplex, SheetOptions, SheetRule, sheets};
 pub use throats::Throat;
 
 use crate::lattice::LatticeError;
@@ -37,7 +40,7 @@ use crate::voxelize::Size;
 use apexes::Apexes;
 use bricks::BRICK;
 use cells::Cells;
-use content::Content;
+use content::{Content, Rims};
 use frame::Frame;
 use labels::Labels;
 use patches::Patches;
@@ -81,6 +84,19 @@ pub enum RepairError {
     Gap {
         /// Its width.
         cells: f64,
+    },
+    /// Sheets are not that thick.
+    #[error(
+        "sheets of thickness {thickness} would be {cells:.1} cells thick, and can be {most} at most: \
+         choose larger cells or a smaller thickness"
+    )]
+    Thickness {
+        /// What was asked for.
+        thickness: f64,
+        /// The same in cells.
+        cells: f64,
+        /// The most cells.
+        most: u32,
     },
     /// No lattice fits.
     #[error(transparent)]
@@ -128,6 +144,8 @@ pub struct RepairAccount {
     pub quads: u64,
     /// Quads that kept their point on an edge of a cell.
     pub fans: u64,
+    /// What came of it where single sheets were asked for.
+    pub sheets: Option<SheetAccount>,
 }
 
 /// A gap that was closed: surface where the input has none.
@@ -153,18 +171,34 @@ pub struct Repaired {
     pub account: RepairAccount,
 }
 
-/// Repairs a model.
-pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaired, RepairError> {
+/// A model on its lattice, its cells labelled.
+struct Prepared {
+    census: Census,
+    throats: Vec<Throat>,
+    frame: Frame,
+    content: Content,
+    rims: Rims,
+    labels: Labels,
+    enclosed: Enclosed,
+}
+
+/// Labels the cells; throats are looked for where the gap is automatic and `seek` says so.
+fn prepare(
+    mesh: &Mesh,
+    options: &RepairOptions,
+    seek: bool,
+    run: &Run,
+) -> Result<Prepared, RepairError> {
     let bounds = used_bounds(mesh).ok_or(RepairError::Empty)?;
     let census = Census::of(mesh, run)?;
-    let throats = throats::throats(mesh, bounds, run)?;
+    let throats = if seek { throats::throats(mesh, bounds, run)? } else { Vec::new() };
     let options = throats::settle(options, &throats);
     let frame = Frame::new(bounds, options.size, options.gap)?;
     let content = Content::new(mesh, &frame, run)?;
-    let rim_cells = content.rim_cells(&frame, run)?;
+    let rims = content.rims(&frame, run)?;
     let reach = frame.rounds.div_ceil(BRICK);
-    let (bricks, rims) = content::bricks_round(frame.bricks(), content.codes(), &rim_cells, reach);
-    drop(rim_cells);
+    let (bricks, near) =
+        content::bricks_round(frame.bricks(), content.codes(), &rims.cells(), reach);
     let (full, _) = content.full(&bricks);
     let winding = options.keep_cavities.map(|least| (least, Winding::new(mesh)));
     let keep = |cells: u64, at: [u32; 3]| {
@@ -173,8 +207,14 @@ pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaire
             volume >= *least && winding.at(frame.centre(at)).abs() < 0.5
         })
     };
-    let (mut labels, enclosed) = Labels::new(bricks, &full, rims, frame.rounds, &keep, run)?;
-    drop((full, winding));
+    let (labels, enclosed) = Labels::new(bricks, &full, near, frame.rounds, &keep, run)?;
+    Ok(Prepared { census, throats, frame, content, rims, labels, enclosed })
+}
+
+/// Repairs a model.
+pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaired, RepairError> {
+    let Prepared { census, throats, frame, content, mut labels, enclosed, .. } =
+        prepare(mesh, options, true, run)?;
     let mut filled = 0;
     let (patches, membranes, surface_cells) = loop {
         let (_, ranges) = content.full(&labels.bricks);
@@ -206,6 +246,7 @@ pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaire
         filled_to_part: filled,
         quads: patches.quads,
         fans: patches.fans,
+        sheets: None,
     };
     let points = crate::par::map(&patches.points, |&p| frame.world(p));
     let mut output =
@@ -278,7 +319,7 @@ fn extract<G: Guide>(
         Err(failed) => {
             let mut fill: Vec<[u32; 3]> = Vec::new();
             for place in &failed {
-                let config = cells.find(*place).map(|cell| cells.config(cell));
+                let config = cells.members.find(*place).map(|cell| cells.config(cell));
                 let round = config.map(|c| apexes::touching(*place, c)).unwrap_or_default();
                 fill.extend(round.into_iter().find(|&at| labels.is_outside(at)));
             }

@@ -50,8 +50,9 @@ pub struct RepairReport {
     /// What was done.
     #[serde(flatten)]
     pub account: RepairAccount,
-    /// Closed, oriented, manifold and free of self-intersection, as read back from the file; `None`
-    /// where there is no file to read.
+    /// Closed, oriented, manifold and free of self-intersection, as read back from the file; of sheets:
+    /// free of self-intersection and of repeated triangles, and each patch turned one way. `None` where
+    /// there is no file to read.
     pub proved_of_file: Option<bool>,
     /// How far the output is from the input, and the input from the output.
     pub distances: Option<Comparison>,

@@ -1,9 +1,10 @@
-//! `octofold repair`: any polygons into a closed mesh.
+//! `octofold repair`: any polygons into a closed mesh, or into single sheets where they are thin.
 
 use crate::files::{InputArgs, OutputArgs};
 use crate::job::{Job, Outcome};
 use anyhow::{Result, ensure};
-use octofold::repair::{Gap, RepairOptions};
+use octofold::pipeline::Step;
+use octofold::repair::{Gap, RepairOptions, SheetOptions, SheetRule};
 use octofold::voxelize::Size;
 
 /// As typed.
@@ -30,17 +31,34 @@ pub struct Args {
     #[arg(long, value_name = "VOLUME", num_args = 0..=1, default_missing_value = "0",
         require_equals = true)]
     keep_cavities: Option<f64>,
+    /// Make one sheet of parts that are thin instead of a front and a back; dohi: by the rule as
+    /// published, with its faults
+    #[arg(long, value_name = "RULE", num_args = 0..=1, default_missing_value = "collapse",
+        require_equals = true)]
+    sheet: Option<RuleArg>,
+    /// With --sheet: parts thinner than this are sheets, in the model's own unit, up to eight cells
+    /// [default: two cells]
+    #[arg(long, value_name = "T", requires = "sheet")]
+    thickness: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum RuleArg {
+    Collapse,
+    Dohi,
 }
 
 const AFTER_HELP: &str = "\
 Whatever the input, the output is closed, oriented and manifold, and no two triangles meet outside
 what they share. That is proved again from the written file; exit code 1 where the file's format
 has spoilt it. Parts thinner than a cell get a front and a back; parts smaller than a cell, and
-whatever lies inside, vanish. With --json the report tells under `repair` what was found and done.
+whatever lies inside, vanish. With --sheet thin parts get one sheet instead: edges may then have one,
+two or more faces, each patch is turned one way, and --gap auto is two cells. With --json the report tells under `repair` what was found and done.
 
 Examples:
   octofold repair scan.obj scan.stl
   octofold repair house.glb house.3mf --resolution 512 --gap 0.05
+  octofold repair house.glb sheets.obj --sheet
   octofold repair bottle.stl bottle.ply --cell 0.2 --keep-cavities=100";
 
 fn parse_gap(text: &str) -> Result<Gap, String> {
@@ -67,6 +85,19 @@ impl Args {
         ensure!(self.keep_cavities.is_none_or(finite), "--keep-cavities must not be negative");
         let options = RepairOptions { size, gap: self.gap, keep_cavities: self.keep_cavities };
         let (input, output) = (self.input.check()?, self.output.check()?);
-        job.repair(&input, options, &output)
+        let finite = |x: f64| x.is_finite() && x >= 0.0;
+        ensure!(self.thickness.is_none_or(finite), "--thickness must not be negative");
+        let step = match self.sheet {
+            None => Step::Repair(options),
+            Some(rule) => Step::Sheets(SheetOptions {
+                repair: options,
+                rule: match rule {
+                    RuleArg::Collapse => SheetRule::Collapse,
+                    RuleArg::Dohi => SheetRule::Dohi,
+                },
+                thickness: self.thickness.unwrap_or(0.0),
+            }),
+        };
+        job.repair(&input, step, &output)
     }
 }

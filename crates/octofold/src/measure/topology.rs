@@ -6,6 +6,7 @@
 
 use crate::par;
 use crate::run::{Cancelled, Run};
+use crate::sets::Sets;
 
 /// How many places are kept per defect.
 pub const PLACES: usize = 8;
@@ -272,37 +273,6 @@ fn others([a, b, c]: [u32; 3], p: u32) -> [u32; 2] {
         [c, a]
     } else {
         [a, b]
-    }
-}
-
-/// Disjoint sets of numbers; the lowest member stands for its set.
-#[derive(Default)]
-struct Sets(Vec<u32>);
-
-impl Sets {
-    fn singles(count: usize) -> Self {
-        Self((0..count as u32).collect())
-    }
-
-    fn reset(&mut self, count: usize) {
-        self.0.clear();
-        self.0.extend(0..count as u32);
-    }
-
-    /// True where `a` and `b` were in different sets until now.
-    fn join(&mut self, a: u32, b: u32) -> bool {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
-        a != b
-    }
-
-    fn root(&mut self, mut i: u32) -> u32 {
-        while self.0[i as usize] != i {
-            let up = self.0[self.0[i as usize] as usize];
-            self.0[i as usize] = up;
-            i = up;
-        }
-        i
     }
 }
 

@@ -52,11 +52,11 @@ impl Apexes {
         run: &Run,
     ) -> Result<Result<Self, Vec<Place>>, Cancelled> {
         run.stage("place");
-        let parts = cells.per_brick(run, |bricks| {
+        let parts = cells.members.per_brick(run, |bricks| {
             let mut part = Self::default();
             let mut failed = Vec::new();
             for brick in bricks {
-                cells.in_brick(brick, |cell, place| {
+                cells.members.in_brick(brick, |cell, place| {
                     let target = guide.target(place);
                     if cells.is_shared(cell) {
                         let fitted = part.fit(cells, guide, cell, place, target, steps);
@@ -152,7 +152,7 @@ impl Apexes {
 }
 
 /// The lattice point of a cell next to `at`, at least `margin` steps from its walls.
-fn inside(place: Place, at: [f64; 3], margin: i32, steps: i32) -> Point {
+pub fn inside(place: Place, at: [f64; 3], margin: i32, steps: i32) -> Point {
     std::array::from_fn(|a| {
         let offset = (at[a].round() as i32).clamp(margin, steps - margin);
         place.at[a] as i32 * steps + offset
@@ -193,8 +193,7 @@ pub fn owner(cells: &Cells<'_>, place: Place, e: usize) -> Option<Place> {
     if low == 0 {
         return Some(place);
     }
-    cells
-        .bricks
+    cells.members.bricks
         .place(place.brick, std::array::from_fn(|a| (inside[a] + (low as u32 >> a & 1)) as i32))
 }
 

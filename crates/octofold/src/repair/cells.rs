@@ -1,8 +1,9 @@
 //! The cells through which the surface goes, with their loops numbered.
 
-use super::bricks::{Block, Bricks, Halo, Place, each, has};
-use super::labels::{Labels, places};
+use super::bricks::{Block, Halo, each};
+use super::labels::Labels;
 use super::loops::{Config, Loops, Patterns};
+use super::members::Members;
 use crate::par;
 use crate::run::{Cancelled, Run};
 use crate::surface::cell::{edge_axis, edge_corner};
@@ -12,11 +13,8 @@ const BLOCK: usize = 64;
 
 /// All cells that the surface goes through, in order of their bricks.
 pub struct Cells<'a> {
-    /// The grid.
-    pub bricks: &'a Bricks,
-    blocks: Vec<Block>,
-    /// First cell of each brick, and the end.
-    first: Vec<u32>,
+    /// The cells.
+    pub members: Members<'a>,
     configs: Vec<Config>,
     /// First loop of each cell, and the end.
     loops: Vec<u32>,
@@ -40,22 +38,16 @@ impl<'a> Cells<'a> {
             part
         })?;
         let count: usize = parts.iter().map(|p| p.1.len()).sum();
+        let blocks = parts.iter().flat_map(|p| p.0.iter().copied()).collect();
+        let Some(members) = Members::new(bricks, blocks) else { return Ok(None) };
         let mut cells = Self {
-            bricks,
-            blocks: Vec::with_capacity(bricks.len()),
-            first: vec![0],
+            members,
             configs: Vec::with_capacity(count),
             loops: Vec::with_capacity(count + 1),
             patterns: Patterns::new(parts.iter().flat_map(|p| p.1.iter().copied())),
         };
         let mut loops = 0u64;
-        for (blocks, configs) in parts {
-            for block in &blocks {
-                let end = u64::from(cells.first[cells.first.len() - 1])
-                    + u64::from(super::bricks::count(block));
-                cells.first.push(end as u32);
-            }
-            cells.blocks.extend(blocks);
+        for (_, configs) in parts {
             for config in configs {
                 cells.loops.push(loops as u32);
                 loops += u64::from(cells.patterns.get(config).count);
@@ -103,43 +95,6 @@ impl<'a> Cells<'a> {
     /// Whether a cell has more loops than one.
     pub fn is_shared(&self, cell: u32) -> bool {
         self.loops[cell as usize + 1] - self.loops[cell as usize] > 1
-    }
-
-    /// The cell at a place, where the surface goes through it.
-    pub fn find(&self, place: Place) -> Option<u32> {
-        let block = &self.blocks[place.brick as usize];
-        if !has(block, place.cell) {
-            return None;
-        }
-        let (word, bit) = (place.cell as usize / 64, place.cell % 64);
-        let before: u32 = block[..word].iter().map(|w| w.count_ones()).sum();
-        let rank = before + (block[word] & ((1 << bit) - 1)).count_ones();
-        Some(self.first[place.brick as usize] + rank)
-    }
-
-    /// The cell at `local` of a brick, each coordinate from -1 to 8.
-    pub fn beside(&self, brick: u32, local: [i32; 3]) -> Option<u32> {
-        self.find(self.bricks.place(brick, local)?)
-    }
-
-    /// Calls `visit` for each cell of a brick, with its number.
-    pub fn in_brick(&self, brick: u32, mut visit: impl FnMut(u32, Place)) {
-        let mut cell = self.first[brick as usize];
-        places(self.bricks, brick, &self.blocks[brick as usize], |place| {
-            visit(cell, place);
-            cell += 1;
-        });
-    }
-
-    /// Works on all bricks in parallel and returns the results in order.
-    pub fn per_brick<T: Send>(
-        &self,
-        run: &Run,
-        work: impl Fn(std::ops::Range<u32>) -> T + Sync,
-    ) -> Result<Vec<T>, Cancelled> {
-        par::blocks(run, self.blocks.len(), BLOCK, |range| {
-            work(range.start as u32..range.end as u32)
-        })
     }
 }
 

@@ -4,7 +4,7 @@
 //! order or which way round the input names them, nor how often.
 
 use super::RepairError;
-use super::bricks::{BRICK, Block, Bricks, Slot, cell_of};
+use super::bricks::{BRICK, Block, Bricks, Place, Slot, cell_of};
 use super::frame::Frame;
 use crate::mesh::Mesh;
 use crate::par;
@@ -18,8 +18,6 @@ use std::ops::Range;
 pub struct Content {
     /// Distinct facets in sub-steps, their corners in order.
     pub facets: Vec<Facet>,
-    /// Edges with one facet.
-    pub rims: Vec<[[i32; 3]; 2]>,
     /// Cell and facet of each touch, in order: code of the brick, place in it, facet.
     touches: Vec<u64>,
     facet_bits: u32,
@@ -39,7 +37,6 @@ impl Content {
         facets.iter_mut().for_each(|f| f.sort_unstable());
         par::sort(&mut facets);
         facets.dedup();
-        let rims = rims(&facets);
         let cell = f64::from(1u32 << frame.lattice.sub_bits());
         let squares: f64 = facets.iter().map(|f| area(f) / (cell * cell)).sum();
         if squares + facets.len() as f64 > MOST_TOUCHES {
@@ -66,7 +63,7 @@ impl Content {
         })?;
         let touches = radix::sort(found, PLACE_BITS + facet_bits, Equal::Keep).concat();
         run.check()?;
-        Ok(Self { facets, rims, touches, facet_bits })
+        Ok(Self { facets, touches, facet_bits })
     }
 
     /// The codes of all bricks that a facet touches, in order.
@@ -106,23 +103,47 @@ impl Content {
         touches[start..].iter().take_while(move |t| place(t) == cell).map(facet)
     }
 
-    /// The cells that boundary edges touch, in codes of bricks and places.
-    pub fn rim_cells(&self, frame: &Frame, run: &Run) -> Result<Vec<(u64, u32)>, RepairError> {
+    /// The edges with one facet, and the cells that they touch.
+    pub fn rims(&self, frame: &Frame, run: &Run) -> Result<Rims, RepairError> {
         let dims = frame.bricks();
-        let found = par::blocks(run, self.rims.len(), 1024, |range| {
-            let mut cells = Vec::new();
-            for [p, q] in &self.rims[range] {
-                scan::cells(&[*p, *q, *q], frame.lattice.sub_bits(), |cell| {
+        let edges = rims(&self.facets);
+        let found = par::blocks(run, edges.len(), 1024, |range| {
+            let mut touches = Vec::new();
+            for number in range {
+                let [p, q] = edges[number];
+                scan::cells(&[p, q, q], frame.lattice.sub_bits(), |cell| {
                     let code = Bricks::code(dims, cell.map(|x| x / BRICK));
-                    cells.push((code, cell_of(cell.map(|x| x % BRICK))));
+                    touches.push((code, cell_of(cell.map(|x| x % BRICK)), number as u32));
                 });
             }
-            cells
+            touches
         })?;
-        let mut cells = found.concat();
-        par::sort(&mut cells);
-        cells.dedup();
-        Ok(cells)
+        let mut touches = found.concat();
+        par::sort(&mut touches);
+        Ok(Rims { edges, touches })
+    }
+}
+
+/// The borders of the input: edges with one facet.
+pub struct Rims {
+    edges: Vec<[[i32; 3]; 2]>,
+    /// Code of the brick, place in it, and edge of each touch, in order.
+    touches: Vec<(u64, u32, u32)>,
+}
+
+impl Rims {
+    /// The cells that they touch, in codes of bricks and places.
+    pub fn cells(&self) -> Vec<(u64, u32)> {
+        let alike = self.touches.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+        alike.map(|c| (c[0].0, c[0].1)).collect()
+    }
+
+    /// Those through a cell, their ends in sub-steps.
+    pub fn through(&self, bricks: &Bricks, place: Place) -> impl Iterator<Item = [[i32; 3]; 2]> {
+        let cell = (Bricks::code(bricks.dims(), bricks.at(place.brick)), place.cell);
+        let start = self.touches.partition_point(|t| (t.0, t.1) < cell);
+        let own = self.touches[start..].iter().take_while(move |t| (t.0, t.1) == cell);
+        own.map(|t| self.edges[t.2 as usize])
     }
 }
 

@@ -299,12 +299,12 @@ pub fn dilated(bricks: &Bricks, cells: &[Block], run: &Run) -> Result<Vec<Block>
     })
 }
 
-/// Makes a block for every brick.
-fn per_brick(
+/// Makes something for every brick.
+pub fn per_brick<T: Send + Clone>(
     bricks: &Bricks,
     run: &Run,
-    work: impl Fn(u32) -> Block + Sync,
-) -> Result<Vec<Block>, Cancelled> {
+    work: impl Fn(u32) -> T + Sync,
+) -> Result<Vec<T>, Cancelled> {
     let parts = par::blocks(run, bricks.len(), BLOCK, |range| {
         range.map(|b| work(b as u32)).collect::<Vec<_>>()
     })?;

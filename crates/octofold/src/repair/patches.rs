@@ -50,9 +50,9 @@ pub fn patches<G: Guide>(
 ) -> Result<Option<Patches>, Cancelled> {
     let weaver = Weaver { cells, apexes: &apexes, guide, steps, lean };
     run.stage("chords");
-    let straight = weaver.per_cell(run, |cell, place| weaver.straight_arcs(cell, place))?;
+    let straight = cells.members.per_cell(run, |cell, place| weaver.straight_arcs(cell, place))?;
     run.stage("quads");
-    let cuts = weaver.per_cell(run, |cell, place| weaver.cuts(&straight, cell, place))?;
+    let cuts = cells.members.per_cell(run, |cell, place| weaver.cuts(&straight, cell, place))?;
     let mut extras = Vec::with_capacity(cuts.len());
     let mut next = cells.loop_count() as u64;
     for cut in &cuts {
@@ -64,10 +64,10 @@ pub fn patches<G: Guide>(
     }
     run.stage("weave");
     let woven = Woven { straight, cuts, extras };
-    let parts = cells.per_brick(run, |bricks| {
+    let parts = cells.members.per_brick(run, |bricks| {
         let mut part = Patches::default();
         for brick in bricks {
-            cells.in_brick(brick, |cell, place| weaver.weave(&woven, cell, place, &mut part));
+            cells.members.in_brick(brick, |cell, place| weaver.weave(&woven, cell, place, &mut part));
         }
         part
     })?;
@@ -99,7 +99,8 @@ struct Cut(u16);
 
 /// How a quad is cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Quad {
+pub enum Quad {
+    /// There is none.
     None,
     /// Along the diagonal from the first vertex.
     First,
@@ -109,14 +110,14 @@ enum Quad {
     Fan,
 }
 
+impl Quad {
+    /// All ways, by their numbers.
+    pub const ALL: [Self; 4] = [Self::None, Self::First, Self::Second, Self::Fan];
+}
+
 impl Cut {
     fn quad(self, axis: usize, end: usize) -> Quad {
-        match self.0 >> (2 * (2 * axis + end)) & 3 {
-            0 => Quad::None,
-            1 => Quad::First,
-            2 => Quad::Second,
-            _ => Quad::Fan,
-        }
+        Quad::ALL[(self.0 >> (2 * (2 * axis + end)) & 3) as usize]
     }
 
     fn set(&mut self, axis: usize, end: usize, quad: Quad) {
@@ -140,25 +141,10 @@ struct Ring {
 }
 
 impl<G: Guide> Weaver<'_, G> {
-    fn per_cell<T: Send + Copy>(
-        &self,
-        run: &Run,
-        work: impl Fn(u32, Place) -> T + Sync,
-    ) -> Result<Vec<T>, Cancelled> {
-        let parts = self.cells.per_brick(run, |bricks| {
-            let mut part = Vec::new();
-            for brick in bricks {
-                self.cells.in_brick(brick, |cell, place| part.push(work(cell, place)));
-            }
-            part
-        })?;
-        Ok(parts.concat())
-    }
-
     /// The cell `down` below a place.
     fn below(&self, place: Place, down: [i32; 3]) -> Option<u32> {
         let inside = coordinates(place.cell);
-        self.cells.beside(place.brick, std::array::from_fn(|a| inside[a] as i32 - down[a]))
+        self.cells.members.beside(place.brick, std::array::from_fn(|a| inside[a] as i32 - down[a]))
     }
 
     fn apex(&self, cell: u32, point: usize) -> Point {
@@ -361,34 +347,9 @@ impl<G: Guide> Weaver<'_, G> {
     ) -> Option<Quad> {
         let loops: [usize; 4] =
             std::array::from_fn(|i| self.cells.loop_at(ring.cells[i], ring.points[i]) as usize);
-        let at = loops.map(|l| self.apexes.points[l]);
         let edge = self.interval(place, config, 2 * edge_at(0, axis) + end);
-        let passes = |i: usize| {
-            let (a, b) = (at[i], at[i + 2]);
-            // A diagonal through the edge is as good as two that pass it.
-            meets(a, b, edge, at[i + 1])
-                || [i + 1, (i + 3) % 4].into_iter().any(|wing| {
-                    let rest = at[(wing + 2) % 4];
-                    crosses(a, b, [at[wing], edge[0], edge[1]])
-                        && crosses(edge[0], edge[1], [a, b, rest])
-                })
-        };
-        let rank = |i: usize| self.apexes.ranks[loops[i]] + self.apexes.ranks[loops[i + 2]];
-        let length = |i: usize| {
-            let d = sub(at[i], at[i + 2]);
-            dot(d, d)
-        };
-        // Creases are kept by joining the vertices that lie on them.
-        let order = (rank(1), length(0)) > (rank(0), length(1));
-        let [first, second] = if order { [1, 0] } else { [0, 1] };
-        let found = if passes(first) {
-            first
-        } else if passes(second) {
-            second
-        } else {
-            return None;
-        };
-        Some(if found == 0 { Quad::First } else { Quad::Second })
+        let ranks = loops.map(|l| self.apexes.ranks[l]);
+        diagonal(loops.map(|l| self.apexes.points[l]), ranks, edge)
     }
 
     /// The number of a point on a wall that `cell` owns.
@@ -399,7 +360,7 @@ impl<G: Guide> Weaver<'_, G> {
 
     /// The number of piercing point `p` of a cell.
     fn point_number(&self, woven: &Woven, place: Place, p: usize) -> Option<u32> {
-        let owner = self.cells.find(owner(self.cells, place, p / 2)?)?;
+        let owner = self.cells.members.find(owner(self.cells, place, p / 2)?)?;
         Some(self.extra(woven, owner, 2 * edge_axis(p / 2) + p % 2))
     }
 
@@ -496,4 +457,36 @@ impl<G: Guide> Weaver<'_, G> {
 fn corner_on_face(f: usize, point: usize) -> usize {
     let corner = corner_of(point);
     face_corners(f).iter().position(|&c| c == corner).unwrap_or_default()
+}
+
+/// The diagonal along which a quad with the given vertices and their ranks may be cut, if any. All
+/// lines at its corners are left out, and its point on the edge may lie anywhere in the open interval
+/// `edge`.
+pub fn diagonal(at: [Point; 4], ranks: [u8; 4], edge: [Point; 2]) -> Option<Quad> {
+    let passes = |i: usize| {
+        let (a, b) = (at[i], at[i + 2]);
+        // A diagonal through the edge is as good as two that pass it.
+        meets(a, b, edge, at[i + 1])
+            || [i + 1, (i + 3) % 4].into_iter().any(|wing| {
+                let rest = at[(wing + 2) % 4];
+                crosses(a, b, [at[wing], edge[0], edge[1]])
+                    && crosses(edge[0], edge[1], [a, b, rest])
+            })
+    };
+    let rank = |i: usize| ranks[i] + ranks[i + 2];
+    let length = |i: usize| {
+        let d = sub(at[i], at[i + 2]);
+        dot(d, d)
+    };
+    // Creases are kept by joining the vertices that lie on them.
+    let order = (rank(1), length(0)) > (rank(0), length(1));
+    let [first, second] = if order { [1, 0] } else { [0, 1] };
+    let found = if passes(first) {
+        first
+    } else if passes(second) {
+        second
+    } else {
+        return None;
+    };
+    Some(if found == 0 { Quad::First } else { Quad::Second })
 }

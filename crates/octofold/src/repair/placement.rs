@@ -51,26 +51,67 @@ impl<'a> Placement<'a> {
         Self { content, bricks, ranges, steps, sub_bits }
     }
 
-    fn facets(&self, brick: u32, cell: u32) -> impl Iterator<Item = (u32, &Facet)> {
-        let range = self.ranges[brick as usize].clone();
-        let numbers = self.content.facets_in(range, cell);
-        numbers.map(|f| (f, &self.content.facets[f as usize]))
+    /// Output steps along an edge of a cell.
+    pub fn steps(&self) -> f64 {
+        self.steps
+    }
+
+    /// A facet, its corners in sub-steps.
+    pub fn facet(&self, number: u32) -> &Facet {
+        &self.content.facets[number as usize]
+    }
+
+    /// The facets that touch a cell, with their numbers.
+    pub fn facets(&self, place: Place) -> impl Iterator<Item = (u32, &Facet)> {
+        let range = self.ranges[place.brick as usize].clone();
+        let numbers = self.content.facets_in(range, place.cell);
+        numbers.map(|f| (f, self.facet(f)))
+    }
+
+    /// A point in sub-steps, from the low corner of a cell.
+    fn offset(&self, p: [i32; 3], at: [u32; 3]) -> [i64; 3] {
+        [0, 1, 2].map(|a| i64::from(p[a]) - (i64::from(at[a]) << self.sub_bits))
+    }
+
+    /// A point in sub-steps with a cell as the unit cube.
+    pub fn local_point(&self, p: [i32; 3], at: [u32; 3]) -> DVec3 {
+        let size = f64::from(1u32 << self.sub_bits);
+        DVec3::from_array(self.offset(p, at).map(|x| x as f64)) / size
     }
 
     /// The corners of a facet with the cell as the unit cube.
-    fn local(&self, facet: &Facet, at: [u32; 3]) -> [DVec3; 3] {
-        let size = f64::from(1u32 << self.sub_bits);
-        facet.map(|p| {
-            let offset = [0, 1, 2].map(|a| i64::from(p[a]) - (i64::from(at[a]) << self.sub_bits));
-            DVec3::from_array(offset.map(|x| x as f64)) / size
-        })
+    pub fn local(&self, facet: &Facet, at: [u32; 3]) -> [DVec3; 3] {
+        facet.map(|p| self.local_point(p, at))
+    }
+
+    /// Where a facet crosses the edge that leaves the low corner of a cell along `axis`, in cells.
+    /// The edge is taken as moved by less than anything, so that of all facets round a point of a
+    /// sheet exactly one is crossed.
+    pub fn crossing(&self, facet: u32, at: [u32; 3], axis: usize) -> Option<f64> {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let corners = self.facet(facet).map(|p| self.offset(p, at).map(i128::from));
+        let mut weights = [0; 3];
+        let mut sides = [0; 3];
+        for i in 0..3 {
+            let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+            weights[i] = p[u] * q[v] - p[v] * q[u];
+            let ties = [weights[i], p[v] - q[v], q[u] - p[u]];
+            sides[i] = ties.iter().map(|t| t.signum()).find(|&t| t != 0)?;
+        }
+        let sum: i128 = weights.iter().sum();
+        if sum == 0 || sides[0] != sides[1] || sides[1] != sides[2] {
+            return None;
+        }
+        let height = (0..3).map(|i| corners[i][axis] * weights[i]).sum::<i128>() * sum.signum();
+        let size = sum.abs() << self.sub_bits;
+        (0..size).contains(&height).then(|| height as f64 / size as f64)
     }
 }
 
 impl Placement<'_> {
-    /// The point of the facets of a cell that is nearest to `p`.
-    fn nearest(&self, place: Place, p: DVec3) -> DVec3 {
-        let points = self.facets(place.brick, place.cell).map(|(_, facet)| {
+    /// The point of the picked facets of a cell that is nearest to `p`.
+    fn nearest(&self, place: Place, p: DVec3, pick: impl Fn(u32) -> bool) -> DVec3 {
+        let points = self.facets(place).filter(|f| pick(f.0)).map(|(_, facet)| {
             let corners = self.local(facet, place.at).map(|c| c.to_array());
             DVec3::from_array(nearest_on(corners, p.to_array()))
         });
@@ -88,13 +129,15 @@ struct Plane {
     quadric: Quadric,
 }
 
-impl Guide for Placement<'_> {
-    fn target(&self, place: Place) -> Target {
+impl Placement<'_> {
+    /// Where the vertex of a cell should be for the picked facets; `rims` are borders of the input
+    /// on which it should lie, two points of each, with the cell as the unit cube.
+    pub fn fit(&self, place: Place, rims: &[[DVec3; 2]], pick: impl Fn(u32) -> bool) -> Target {
         let mut planes: [Option<Plane>; MOST_PLANES] = [None; MOST_PLANES];
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
         let mut touched = DVec3::ZERO;
         let mut count = 0.0;
-        for (_, facet) in self.facets(place.brick, place.cell) {
+        for (_, facet) in self.facets(place).filter(|f| pick(f.0)) {
             let corners = self.local(facet, place.at);
             touched += corners[0].clamp(DVec3::ZERO, DVec3::ONE);
             count += 1.0;
@@ -120,6 +163,18 @@ impl Guide for Placement<'_> {
             return Target { at: (at * self.steps).to_array(), rank: u8::from(count > 0.0) };
         }
         let home = sum / area;
+        if !rims.is_empty() {
+            let widest = planes.iter().flatten().max_by(|a, b| {
+                a.quadric.weight().total_cmp(&b.quadric.weight())
+            });
+            let across = widest.map_or(DVec3::ZERO, |p| p.normal);
+            for [p, q] in rims {
+                let Some(normal) = (*q - *p).cross(across).try_normalize() else { continue };
+                if let Some(free) = planes.iter_mut().find(|p| p.is_none()) {
+                    *free = Some(Plane { normal, quadric: Quadric::plane(normal, *p, area) });
+                }
+            }
+        }
         let found = planes.iter().flatten().count();
         let all = planes.iter().flatten();
         let alike = sum_of(all.clone().map(|p| p.quadric * (1.0 / p.quadric.weight())));
@@ -130,13 +185,19 @@ impl Guide for Placement<'_> {
             None => (least(&sum_of(all.map(|p| p.quadric)), home).unwrap_or(home), 1),
         };
         // Planes may meet where the input does not reach.
-        let (at, rank) = if found > 1 && self.nearest(place, at).distance(at) > OFF {
-            (self.nearest(place, home), 1)
+        let (at, rank) = if found > 1 && self.nearest(place, at, &pick).distance(at) > OFF {
+            (self.nearest(place, home, &pick), 1)
         } else {
             (at, rank)
         };
         let at = at.clamp(DVec3::ZERO, DVec3::ONE);
         Target { at: (at * self.steps).to_array(), rank }
+    }
+}
+
+impl Guide for Placement<'_> {
+    fn target(&self, place: Place) -> Target {
+        self.fit(place, &[], |_| true)
     }
 
     fn crossings(&self, place: Place, axis: usize) -> Option<[f64; 2]> {
@@ -148,7 +209,7 @@ impl Guide for Placement<'_> {
             local[u] -= round & 1;
             local[v] -= round >> 1;
             let Some(beside) = self.bricks.place(place.brick, local) else { continue };
-            for (_, facet) in self.facets(beside.brick, beside.cell) {
+            for (_, facet) in self.facets(beside) {
                 if let Some(t) = crossing(self.local(facet, place.at), axis) {
                     let [low, high] = span.unwrap_or([t; 2]);
                     span = Some([low.min(t), high.max(t)]);

@@ -25,11 +25,14 @@ pub struct Membrane {
     pub cells: usize,
 }
 
-/// A vertex without shape, the low corner of its cell, and the loops round it.
-struct Loose {
-    vertex: u32,
-    low: Point,
-    around: Vec<u32>,
+/// A vertex without shape.
+pub struct Loose {
+    /// Its number.
+    pub vertex: u32,
+    /// The low corner of its cell.
+    pub low: Point,
+    /// The vertices that it is joined to.
+    pub around: Vec<u32>,
 }
 
 /// Smooths the vertices of rank 0, and tells which connected parts they form.
@@ -40,10 +43,10 @@ pub fn smooth(
     run: &Run,
 ) -> Result<Vec<Membrane>, Cancelled> {
     run.stage("smooth");
-    let parts = cells.per_brick(run, |bricks| {
+    let parts = cells.members.per_brick(run, |bricks| {
         let mut loose = Vec::new();
         for brick in bricks {
-            cells.in_brick(brick, |cell, place| {
+            cells.members.in_brick(brick, |cell, place| {
                 let first = cells.first_loop(cell);
                 if apexes.ranks[first as usize] > 0 {
                     return;
@@ -63,13 +66,26 @@ pub fn smooth(
     if loose.is_empty() {
         return Ok(Vec::new());
     }
+    // Loops that share their cell were placed so that they do not meet.
+    let alone: Vec<bool> = loose.iter().map(|l| apexes.is_alone(l.vertex)).collect();
+    settle(&loose, &alone, &mut apexes.points, steps, run)
+}
+
+/// Smooths loose vertices, those that are `free`, and tells which connected parts they form.
+pub fn settle(
+    loose: &[Loose],
+    free: &[bool],
+    points: &mut [Point],
+    steps: i32,
+    run: &Run,
+) -> Result<Vec<Membrane>, Cancelled> {
     let places: FxHashMap<u32, u32> =
         loose.iter().enumerate().map(|(i, l)| (l.vertex, i as u32)).collect();
-    let fixed = |vertex: u32| DVec3::from_array(apexes.points[vertex as usize].map(f64::from));
+    let fixed = |vertex: u32| DVec3::from_array(points[vertex as usize].map(f64::from));
     let mut at: Vec<DVec3> = loose.iter().map(|l| fixed(l.vertex)).collect();
     for _ in 0..ROUNDS {
         run.check()?;
-        at = par::map(&loose, |l| {
+        at = par::map(loose, |l| {
             let beside = l
                 .around
                 .iter()
@@ -79,13 +95,10 @@ pub fn smooth(
             middle.clamp(low + 1.0, low + f64::from(steps - 1))
         });
     }
-    for (l, at) in loose.iter().zip(&at) {
-        // Loops that share their cell were placed so that they do not meet.
-        if apexes.is_alone(l.vertex) {
-            apexes.points[l.vertex as usize] = at.to_array().map(|x| x.round() as i32);
-        }
+    for ((l, at), _) in loose.iter().zip(&at).zip(free).filter(|(_, free)| **free) {
+        points[l.vertex as usize] = at.to_array().map(|x| x.round() as i32);
     }
-    Ok(membranes(&loose, &places, apexes))
+    Ok(membranes(loose, &places, points))
 }
 
 /// The vertices of the loops that a loop has arcs with.
@@ -99,25 +112,25 @@ fn around(cells: &Cells<'_>, cell: u32, place: Place, number: u32) -> Vec<u32> {
             let (axis, side) = (face / 2, face % 2);
             let mut local = inside.map(|x| x as i32);
             local[axis] += 2 * side as i32 - 1;
-            let beside = cells.beside(place.brick, local)?;
+            let beside = cells.members.beside(place.brick, local)?;
             let e = edge_at(edge_corner(p / 2) ^ 1 << axis, edge_axis(p / 2));
             Some(cells.loop_at(beside, 2 * e + p % 2))
         })
         .collect()
 }
 
-fn membranes(loose: &[Loose], places: &FxHashMap<u32, u32>, apexes: &Apexes) -> Vec<Membrane> {
+fn membranes(loose: &[Loose], places: &FxHashMap<u32, u32>, points: &[Point]) -> Vec<Membrane> {
     let mut seen = vec![false; loose.len()];
     let mut found = Vec::new();
     for first in 0..loose.len() {
         if std::mem::replace(&mut seen[first], true) {
             continue;
         }
-        let start = apexes.points[loose[first].vertex as usize];
+        let start = points[loose[first].vertex as usize];
         let mut membrane = Membrane { bounds: [start; 2], cells: 0 };
         let mut waiting = vec![first];
         while let Some(i) = waiting.pop() {
-            let p = apexes.points[loose[i].vertex as usize];
+            let p = points[loose[i].vertex as usize];
             let [low, high] = &mut membrane.bounds;
             for a in 0..3 {
                 low[a] = low[a].min(p[a]);

@@ -8,13 +8,13 @@ use crate::measure::self_intersections;
 use proptest::prelude::*;
 
 /// Puts vertices and piercing points anywhere, even outside their cells.
-struct Anywhere {
-    seed: u64,
-    steps: f64,
+pub(super) struct Anywhere {
+    pub(super) seed: u64,
+    pub(super) steps: f64,
 }
 
 impl Anywhere {
-    fn number(&self, at: [u32; 3], salt: u64) -> f64 {
+    pub(super) fn number(&self, at: [u32; 3], salt: u64) -> f64 {
         let mut x = self.seed ^ salt.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         for a in at {
             x = (x ^ u64::from(a)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -37,7 +37,7 @@ impl Guide for Anywhere {
 }
 
 /// The labels of a grid with the given full cells, which begins near the corner of bricks.
-fn labels(side: u32, shift: u32, full: impl Fn([u32; 3]) -> bool) -> Labels {
+pub(super) fn labels(side: u32, shift: u32, full: impl Fn([u32; 3]) -> bool) -> Labels {
     let dims = [(side + shift).div_ceil(BRICK) + 2; 3];
     let codes: Vec<u64> = (0..dims[0].pow(3))
         .map(|i| [i % dims[0], i / dims[0] % dims[0], i / dims[0].pow(2)])
@@ -121,7 +121,7 @@ fn every_labelling_of_two_by_two_by_two_cells_is_sound() {
 }
 
 /// A sphere of radius 1 in `n` rings of triangles, without those for which `drop` holds.
-fn sphere(n: u32, drop: impl Fn([f64; 3]) -> bool) -> Mesh {
+pub(super) fn sphere(n: u32, drop: impl Fn([f64; 3]) -> bool) -> Mesh {
     let around = 2 * n;
     let point = |i: u32, j: u32| {
         let (polar, turn) = (
@@ -146,7 +146,7 @@ fn sphere(n: u32, drop: impl Fn([f64; 3]) -> bool) -> Mesh {
     Mesh::new(points, triangles).unwrap()
 }
 
-fn options(resolution: u32, gap: Gap) -> RepairOptions {
+pub(super) fn options(resolution: u32, gap: Gap) -> RepairOptions {
     RepairOptions { size: Size::Resolution(resolution), gap, keep_cavities: None }
 }
 

@@ -42,11 +42,11 @@ pub fn throats(mesh: &Mesh, bounds: [[f64; 3]; 2], run: &Run) -> Result<Vec<Thro
     let gap = Gap::Cells(2.0 * f64::from(ROUNDS));
     let frame = Frame::new(bounds, Size::Resolution(RESOLUTION), gap)?;
     let content = Content::new(mesh, &frame, run)?;
-    if content.rims.is_empty() {
+    let rims = content.rims(&frame, run)?.cells();
+    if rims.is_empty() {
         return Ok(Vec::new());
     }
     run.stage("throats");
-    let rims = content.rim_cells(&frame, run)?;
     let reach = ROUNDS.div_ceil(BRICK);
     let (bricks, rims) = content::bricks_round(frame.bricks(), content.codes(), &rims, reach);
     let (full, _) = content.full(&bricks);
