@@ -81,8 +81,7 @@ pub enum Step {
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 5] =
-        ["triangulate", "voxelize", "surface", "repair", "sheets"];
+    pub const ALL: [&'static str; 5] = ["triangulate", "voxelize", "surface", "repair", "sheets"];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -98,9 +97,7 @@ impl Step {
     /// What it takes.
     pub fn takes(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) | Self::Sheets(_) => {
-                Kind::Mesh
-            }
+            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) | Self::Sheets(_) => Kind::Mesh,
             Self::Surface(_) => Kind::Volume,
         }
     }

@@ -193,7 +193,9 @@ pub fn owner(cells: &Cells<'_>, place: Place, e: usize) -> Option<Place> {
     if low == 0 {
         return Some(place);
     }
-    cells.members.bricks
+    cells
+        .members
+        .bricks
         .place(place.brick, std::array::from_fn(|a| (inside[a] + (low as u32 >> a & 1)) as i32))
 }
 

@@ -67,7 +67,9 @@ pub fn patches<G: Guide>(
     let parts = cells.members.per_brick(run, |bricks| {
         let mut part = Patches::default();
         for brick in bricks {
-            cells.members.in_brick(brick, |cell, place| weaver.weave(&woven, cell, place, &mut part));
+            cells
+                .members
+                .in_brick(brick, |cell, place| weaver.weave(&woven, cell, place, &mut part));
         }
         part
     })?;

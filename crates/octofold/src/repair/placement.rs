@@ -164,9 +164,10 @@ impl Placement<'_> {
         }
         let home = sum / area;
         if !rims.is_empty() {
-            let widest = planes.iter().flatten().max_by(|a, b| {
-                a.quadric.weight().total_cmp(&b.quadric.weight())
-            });
+            let widest = planes
+                .iter()
+                .flatten()
+                .max_by(|a, b| a.quadric.weight().total_cmp(&b.quadric.weight()));
             let across = widest.map_or(DVec3::ZERO, |p| p.normal);
             for [p, q] in rims {
                 let Some(normal) = (*q - *p).cross(across).try_normalize() else { continue };

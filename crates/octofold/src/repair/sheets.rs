@@ -118,11 +118,7 @@ pub struct SheetComplex {
 }
 
 /// Makes single sheets of what is thin in a model.
-pub fn sheets(
-    mesh: &Mesh,
-    options: &SheetOptions,
-    run: &Run,
-) -> Result<SheetComplex, RepairError> {
+pub fn sheets(mesh: &Mesh, options: &SheetOptions, run: &Run) -> Result<SheetComplex, RepairError> {
     let Prepared { census, throats, frame, content, rims, labels, enclosed } =
         prepare(mesh, &options.repair, false, run)?;
     let rounds = rounds(options.thickness, &frame)?;
@@ -251,8 +247,7 @@ fn smooth(
                             continue;
                         }
                         let (axis, e) = (f / 2, group.trailing_zeros() as usize);
-                        let mut local =
-                            super::bricks::coordinates(place.cell).map(|x| x as i32);
+                        let mut local = super::bricks::coordinates(place.cell).map(|x| x as i32);
                         local[axis] += 2 * (f % 2) as i32 - 1;
                         if let Some(beside) = cells.members.beside(place.brick, local) {
                             let e = edge_at(edge_corner(e) ^ 1 << axis, edge_axis(e));

@@ -191,9 +191,7 @@ impl<'a> Cells<'a> {
                 let mut above = coordinates(place.cell).map(|x| x as i32);
                 above[axis] += 1;
                 match self.members.beside(place.brick, above) {
-                    Some(above) => {
-                        config.with(2 * axis + 1, low[above as usize].pairing(2 * axis))
-                    }
+                    Some(above) => config.with(2 * axis + 1, low[above as usize].pairing(2 * axis)),
                     None => config,
                 }
             })
@@ -293,12 +291,7 @@ impl<'a> Cells<'a> {
 
 /// How the low face of a cell along `axis` pairs its four edges: solid parts that touch across a
 /// corner stay joined there, as in closed repair; else as the shape has it.
-fn pairing<G: SheetGuide>(
-    complex: &Complex<'_>,
-    guide: &G,
-    place: Place,
-    axis: usize,
-) -> Pairing {
+fn pairing<G: SheetGuide>(complex: &Complex<'_>, guide: &G, place: Place, axis: usize) -> Pairing {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let along_u = complex.step(place, u, 1);
     let along_v = complex.step(place, v, 1);
@@ -346,7 +339,9 @@ mod tests {
                 let high = Config(all(2 * axis + 1)).with(2 * axis + 1, pairing);
                 let moved = |group: u16| {
                     let mut edges = 0;
-                    each_edge(group, |e| edges |= 1 << edge_at(edge_corner(e) | 1 << axis, edge_axis(e)));
+                    each_edge(group, |e| {
+                        edges |= 1 << edge_at(edge_corner(e) | 1 << axis, edge_axis(e))
+                    });
                     edges
                 };
                 let mut seen = low.map(moved);

@@ -240,9 +240,6 @@ fn free_quads(complex: &Complex<'_>, run: &Run) -> Result<Vec<Edge>, Cancelled> 
     let nothing = vec![false; complex.bricks.runs()];
     let parts = super::super::labels::per_brick(complex.bricks, run, |brick| {
         let mut found = Vec::new();
-        if complex.quads.iter().all(|q| q[brick as usize] == [0; 8]) {
-            return found;
-        }
         let quads = [0, 1, 2].map(|a| complex.quads[a][brick as usize]);
         let halos = [0, 1, 2].map(|a| complex.bricks.halo(brick, &complex.quads[a], &nothing));
         let mut candidates = [[0; 8]; 3];

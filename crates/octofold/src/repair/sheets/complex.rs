@@ -162,7 +162,5 @@ pub fn ahead(halo: &Halo, axis: usize) -> Block {
 
 /// The block whose rows have the low eight bits of `row(y, z)`.
 fn block_of(row: impl Fn(usize, usize) -> u16) -> Block {
-    std::array::from_fn(|z| {
-        (0..8).fold(0, |word, y| word | u64::from(row(y, z) as u8) << (8 * y))
-    })
+    std::array::from_fn(|z| (0..8).fold(0, |word, y| word | u64::from(row(y, z) as u8) << (8 * y)))
 }

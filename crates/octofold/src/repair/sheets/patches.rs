@@ -102,12 +102,7 @@ pub fn patches(points: &[Point], triangles: &mut [[u32; 3]], outward: &[bool]) -
 }
 
 /// Whether a patch that is turned as noted looks towards its middle, or downwards where it is flat.
-fn looks_inward(
-    points: &[Point],
-    triangles: &[[u32; 3]],
-    order: &[u32],
-    turned: &[bool],
-) -> bool {
+fn looks_inward(points: &[Point], triangles: &[[u32; 3]], order: &[u32], turned: &[bool]) -> bool {
     let corners = |t: u32| triangles[t as usize].map(|p| points[p as usize]);
     let origin = corners(order[0])[0];
     let (mut sum, mut weight) = ([0i128; 3], 0i128);

@@ -118,3 +118,133 @@ impl Scene {
 fn area(mesh: &Mesh) -> f64 {
     crate::measure::Extent::of(mesh, &Run::default()).unwrap().area
 }
+
+/// What is known of a scene: its area, its Euler number, and the length of its junctions.
+struct Truth {
+    area: f64,
+    euler: i64,
+    junctions: f64,
+}
+
+/// Repairs a scene in several poses, 48 cells to its longest side, and compares with the truth.
+fn compare(scene: impl Fn() -> Scene, truth: &Truth) {
+    for pose in 0..4 {
+        let mesh = scene().mesh(pose);
+        let options = SheetOptions { repair: options(48, Gap::Auto), ..SheetOptions::default() };
+        let found = sheets(&mesh, &options, &Run::default()).unwrap();
+        is_embedded(&found.mesh).unwrap();
+        let told = found.account.sheets.unwrap();
+        let share = area(&found.mesh) / truth.area;
+        assert!((share - 1.0).abs() < 0.02, "pose {pose}: {share} of the area");
+        let topology =
+            Topology::of(found.mesh.points.len(), &found.mesh.triangles, &Run::default()).unwrap();
+        assert_eq!(topology.euler(), truth.euler, "pose {pose}");
+        assert_eq!(topology.misoriented_edges.count > 0, told.one_sided_patches > 0, "pose {pose}");
+        let slack = 3.0 * found.account.cell + 1.2 * truth.junctions;
+        let length = told.junction_length;
+        assert!(length >= 0.7 * truth.junctions, "pose {pose}: {length}");
+        assert!(length <= 2.5 * slack, "pose {pose}: {length}");
+    }
+}
+
+fn leaf(angle: f64) -> impl Fn(&mut Scene) {
+    let turn = angle.to_radians();
+    move |scene| scene.rectangle([0.0; 3], [turn.cos(), turn.sin(), 0.0], [0.0, 0.0, 1.0])
+}
+
+fn leaves(angles: &[f64]) -> Scene {
+    let mut scene = Scene::default();
+    angles.iter().for_each(|&a| leaf(a)(&mut scene));
+    scene
+}
+
+#[test]
+fn a_plane_and_folds_stay_one_sheet() {
+    let truth = |area| Truth { area, euler: 1, junctions: 0.0 };
+    compare(|| leaves(&[0.0]), &truth(1.0));
+    compare(|| leaves(&[0.0, 135.0]), &truth(2.0));
+    compare(|| leaves(&[0.0, 90.0]), &truth(2.0));
+    compare(|| leaves(&[0.0, 60.0]), &truth(2.0));
+}
+
+#[test]
+fn three_and_four_sheets_meet_in_a_junction() {
+    compare(|| leaves(&[0.0, 90.0, 180.0]), &Truth { area: 3.0, euler: 1, junctions: 1.0 });
+    compare(|| leaves(&[0.0, 90.0, 180.0, 270.0]), &Truth { area: 4.0, euler: 1, junctions: 1.0 });
+}
+
+#[test]
+fn two_walls_nearer_than_the_thickness_are_one_sheet() {
+    for apart in [0.008, 0.02] {
+        let walls = || {
+            let mut scene = Scene::default();
+            for z in [0.0, apart] {
+                scene.rectangle([0.0, 0.0, z], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+            }
+            scene
+        };
+        compare(walls, &Truth { area: 1.0, euler: 1, junctions: 0.0 });
+        let plate = || {
+            let mut scene = walls();
+            for (at, side) in
+                [([0.0; 3], 0), ([0.0; 3], 1), ([0.0, 1.0, 0.0], 0), ([1.0, 0.0, 0.0], 1)]
+            {
+                let mut along = [0.0; 3];
+                along[side] = 1.0;
+                scene.rectangle(at, along, [0.0, 0.0, apart]);
+            }
+            scene
+        };
+        compare(plate, &Truth { area: 1.0, euler: 1, junctions: 0.0 });
+    }
+}
+
+#[test]
+fn a_moebius_band_has_one_side() {
+    let band = || {
+        let mut scene = Scene::default();
+        scene.map(96, |s, t| {
+            let (turn, across) = (2.0 * std::f64::consts::PI * s, 0.6 * (t - 0.5));
+            let far = 1.0 + across * (turn / 2.0).cos();
+            let p = [far * turn.cos(), far * turn.sin(), across * (turn / 2.0).sin()];
+            // The ends must fall together for the points to be joined.
+            p.map(|x| (x * 1e9).round() / 1e9 + 0.0)
+        });
+        scene
+    };
+    let mesh = band().mesh(0);
+    let truth = area(&mesh);
+    let options = SheetOptions { repair: options(48, Gap::Auto), ..SheetOptions::default() };
+    let found = sheets(&mesh, &options, &Run::default()).unwrap();
+    let told = found.account.sheets.unwrap();
+    assert_eq!(told.one_sided_patches, 1);
+    assert!((area(&found.mesh) / truth - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn neither_order_nor_winding_nor_threads_matter_to_sheets() {
+    let mesh = leaves(&[0.0, 90.0, 200.0]).mesh(7);
+    let options = SheetOptions { repair: options(40, Gap::Auto), ..SheetOptions::default() };
+    let found = sheets(&mesh, &options, &Run::default()).unwrap().mesh;
+    let mut other = mesh.clone();
+    other.triangles.reverse();
+    other.triangles.iter_mut().step_by(3).for_each(|t| t.swap(0, 1));
+    let again = other.triangles[..20].to_vec();
+    other.triangles.extend(again);
+    assert_eq!(sheets(&other, &options, &Run::default()).unwrap().mesh, found);
+    for threads in [1, 3] {
+        let alone = crate::par::with_threads(threads, || {
+            sheets(&mesh, &options, &Run::default()).unwrap().mesh
+        });
+        assert_eq!(alone, found);
+    }
+}
+
+#[test]
+fn a_thickness_of_many_cells_is_refused() {
+    let mesh = leaves(&[0.0]).mesh(0);
+    let options =
+        SheetOptions { repair: options(40, Gap::Auto), thickness: 0.5, ..SheetOptions::default() };
+    let refused = sheets(&mesh, &options, &Run::default()).unwrap_err();
+    assert!(matches!(refused, RepairError::Thickness { .. }));
+}

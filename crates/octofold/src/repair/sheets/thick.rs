@@ -23,7 +23,10 @@ pub fn thick(
     rounds: u32,
     run: &Run,
 ) -> Result<Vec<Block>, Cancelled> {
-    let grow = |cells: Vec<Block>, runs: &[bool], within: &(dyn Fn(usize) -> Block + Sync), rounds: u32| {
+    let grow = |cells: Vec<Block>,
+                runs: &[bool],
+                within: &(dyn Fn(usize) -> Block + Sync),
+                rounds: u32| {
         let mut cells = cells;
         for _ in 0..rounds {
             let next = grown(bricks, &cells, runs, within, run)?;
@@ -46,7 +49,11 @@ pub fn thick(
     Ok(both(&thin, &|b| closed(b), |thin, closed| closed & !thin))
 }
 
-fn both(cells: &[Block], other: &(dyn Fn(usize) -> Block + Sync), mix: fn(u64, u64) -> u64) -> Vec<Block> {
+fn both(
+    cells: &[Block],
+    other: &(dyn Fn(usize) -> Block + Sync),
+    mix: fn(u64, u64) -> u64,
+) -> Vec<Block> {
     let mixed = |(b, cells): (usize, &Block)| {
         let other = other(b);
         std::array::from_fn(|z| mix(cells[z], other[z]))

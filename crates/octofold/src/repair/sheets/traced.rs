@@ -3,8 +3,8 @@
 
 use super::super::bricks::{Bricks, Place, coordinates};
 use super::super::content::Rims;
-use super::super::placement::Placement;
 use super::super::piercing::Target;
+use super::super::placement::Placement;
 use super::complex::Edge;
 use super::guide::{CANONICAL, Leaf, PARALLEL, Pairing, Piercing, SheetGuide};
 use crate::measure::nearest_on;
@@ -93,7 +93,7 @@ impl SheetGuide for Traced<'_> {
     fn holds(&self, edge: Edge, up: Option<DVec3>) -> bool {
         let facets = self.facets_round(edge);
         let pierced = self.pierce(&facets, edge);
-        if pierced.is_empty() || self.odd_part(&facets, &pierced, edge).is_none() {
+        if pierced.is_empty() || self.sheet_through(&facets, &pierced, edge).is_none() {
             return false;
         }
         pierced.iter().any(|&(f, t)| !self.is_surplus(f, t, edge, up))
@@ -108,7 +108,7 @@ impl SheetGuide for Traced<'_> {
         let steps = self.placement.steps();
         let low = pierced.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
         let high = pierced.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
-        let facet = self.odd_part(&facets, &pierced, edge);
+        let facet = self.sheet_through(&facets, &pierced, edge);
         Piercing {
             at: Some((low + high) / 2.0 * steps),
             odd: facet.is_some(),
@@ -216,9 +216,12 @@ impl Traced<'_> {
         let own = normal(self.placement.facet(facet));
         let mut at = DVec3::ZERO;
         at[edge.axis] = t;
-        let up = up.filter(|u| u.dot(own).abs() > PARALLEL).map_or_else(|| upward(own), |u| {
-            if u.dot(own) < 0.0 { -own } else { own }
-        });
+        let up = up.filter(|u| u.dot(own).abs() > PARALLEL).map_or_else(
+            || upward(own),
+            |u| {
+                if u.dot(own) < 0.0 { -own } else { own }
+            },
+        );
         let reach = self.rounds as i32 + 1;
         let thick = 2.0 * f64::from(self.rounds);
         let inside = coordinates(edge.place.cell).map(|x| x as i32);
@@ -251,6 +254,18 @@ impl Traced<'_> {
                 let b = if m.dot(n) < 0.0 { -b } else { b };
                 m.dot(n).abs() > PARALLEL && (a > 0.0) != (b > 0.0) && (a - b).abs() < thick
             })
+        })
+    }
+
+    /// A facet of a sheet that goes from one side of the edge to the other. Where two parallel walls
+    /// hang together round the edge, as at the border of a thin plate, they are one sheet through it;
+    /// the tip of a fold is none.
+    fn sheet_through(&self, facets: &[u32], pierced: &[(u32, f64)], edge: Edge) -> Option<u32> {
+        self.odd_part(facets, pierced, edge).or_else(|| {
+            let first = pierced[0].0;
+            let own = normal(self.placement.facet(first));
+            let square = |&f: &u32| normal(self.placement.facet(f)).dot(own).abs() < ACROSS;
+            (self.is_double(pierced) && facets.iter().any(square)).then_some(first)
         })
     }
 

@@ -84,8 +84,7 @@ pub fn weave<G: SheetGuide>(
     run.stage("lines");
     let straight = cells.members.per_cell(run, |cell, place| weaver.straight(cell, place))?;
     run.stage("quads");
-    let cuts =
-        cells.members.per_cell(run, |cell, place| weaver.cuts(&straight, cell, place))?;
+    let cuts = cells.members.per_cell(run, |cell, place| weaver.cuts(&straight, cell, place))?;
     let mut extras = Vec::with_capacity(cuts.len());
     let mut next = apexes.points.len() as u64;
     for cut in &cuts {
@@ -156,7 +155,8 @@ impl<G: SheetGuide> Weaver<'_, G> {
                 continue;
             }
             let e = group.trailing_zeros() as usize;
-            let (high, low) = (self.at(self.vertex(cell, e)), self.at(self.vertex_below(below, e, axis)));
+            let (high, low) =
+                (self.at(self.vertex(cell, e)), self.at(self.vertex_below(below, e, axis)));
             let steps = i64::from(self.steps);
             let corner = place.at.map(|x| x as i32 * self.steps);
             let span = sub(high, low);
@@ -242,14 +242,7 @@ impl<G: SheetGuide> Weaver<'_, G> {
         }
     }
 
-    fn weave_quad(
-        &self,
-        wall: &Wall<'_>,
-        cell: u32,
-        place: Place,
-        axis: usize,
-        part: &mut Woven,
-    ) {
+    fn weave_quad(&self, wall: &Wall<'_>, cell: u32, place: Place, axis: usize, part: &mut Woven) {
         let Some(ring) = self.ring(place, cell, axis) else { return };
         let vertices: [u32; 4] = std::array::from_fn(|i| self.vertex(ring.cells[i], ring.edges[i]));
         let [a, b, c, d] = vertices;
@@ -262,13 +255,18 @@ impl<G: SheetGuide> Weaver<'_, G> {
             Quad::Fan => {
                 let middle = wall.point(cell, axis);
                 let sides = [[a, b], [b, c], [c, d], [d, a]];
-                let shown = sides.iter().zip(ring.faces).filter(|(_, (owner, face))| {
-                    wall.cuts[*owner as usize].is_straight(*face)
-                });
+                let shown = sides
+                    .iter()
+                    .zip(ring.faces)
+                    .filter(|(_, (owner, face))| wall.cuts[*owner as usize].is_straight(*face));
                 part.triangles.extend(shown.map(|(&[a, b], _)| [a, b, middle]));
             }
         }
-        if quad == Quad::Fan { part.fans += 1 } else { part.quads += 1 }
+        if quad == Quad::Fan {
+            part.fans += 1
+        } else {
+            part.quads += 1
+        }
         let [low, high] = [Some(place), self.complex.step(place, axis, 1)]
             .map(|p| p.is_none_or(|p| self.complex.vertex(p) == Vertex::Solid));
         if high {
@@ -278,14 +276,7 @@ impl<G: SheetGuide> Weaver<'_, G> {
     }
 
     /// The halves of the lines on the low face of a cell along `axis`, on both of its sides.
-    fn weave_lines(
-        &self,
-        wall: &Wall<'_>,
-        cell: u32,
-        place: Place,
-        axis: usize,
-        part: &mut Woven,
-    ) {
+    fn weave_lines(&self, wall: &Wall<'_>, cell: u32, place: Place, axis: usize, part: &mut Woven) {
         let Some(below) = self.below_along(place, axis) else { return };
         let inside = coordinates(place.cell);
         let on_edge = |e: usize| {
