@@ -211,11 +211,11 @@ fn prune<G: SheetGuide>(
         if turns.is_multiple_of(1 << 14) {
             run.check()?;
         }
-        if !complex.stands(edge)
-            || !is_free(complex, edge)
-            || holds.holds(edge)
-            || holds.bridges(complex, edge)
-        {
+        if !complex.stands(edge) || !is_free(complex, edge) {
+            continue;
+        }
+        let stays = holds.holds(edge) || holds.bridges(complex, edge);
+        if stays && !is_crumb(complex, edge) {
             continue;
         }
         complex.remove(edge);
@@ -233,6 +233,22 @@ fn is_free(complex: &Complex<'_>, edge: Edge) -> bool {
         let round = complex.edges_of_face(place, axis);
         round.into_iter().flatten().filter(|&e| complex.stands(e)).count() == 1
     })
+}
+
+/// Whether a quad hangs on the rest by a corner alone, as where the corner of a sheet pokes through one
+/// more edge.
+fn is_crumb(complex: &Complex<'_>, edge: Edge) -> bool {
+    let alone = complex.faces_round(edge).into_iter().flatten().all(|(place, axis)| {
+        let round = complex.edges_of_face(place, axis).into_iter().flatten();
+        round.filter(|&e| complex.stands(e)).count() == 1
+    });
+    alone
+        && complex.cells_round(edge).into_iter().flatten().any(|cell| {
+            (0..12).any(|e| {
+                let other = complex.edge_of_cell(cell, e);
+                other.is_some_and(|other| other != edge && complex.stands(other))
+            })
+        })
 }
 
 /// All edges whose quads have a free side.

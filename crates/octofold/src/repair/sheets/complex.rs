@@ -8,6 +8,7 @@
 use super::super::bricks::{Block, Bricks, Halo, Place, coordinates, has};
 use super::super::labels::{Labels, per_brick};
 use crate::run::{Cancelled, Run};
+use crate::surface::cell::{edge_axis, edge_corner};
 
 /// Vertices by what they touch, and edges by whether their quads stand.
 pub struct Complex<'a> {
@@ -94,6 +95,22 @@ impl<'a> Complex<'a> {
             at(self.step(place, v, 1), u),
             at(self.step(place, u, 1), v),
         ]
+    }
+
+    /// The four cells round an edge.
+    pub fn cells_round(&self, Edge { place, axis }: Edge) -> [Option<Place>; 4] {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let below = self.step(place, u, -1);
+        let across = below.and_then(|p| self.step(p, v, -1));
+        [Some(place), below, across, self.step(place, v, -1)]
+    }
+
+    /// Edge `e` of a cell.
+    pub fn edge_of_cell(&self, cell: Place, e: usize) -> Option<Edge> {
+        let (low, inside) = (edge_corner(e) as u32, coordinates(cell.cell));
+        let local = std::array::from_fn(|a| (inside[a] + (low >> a & 1)) as i32);
+        let place = self.bricks.place(cell.brick, local)?;
+        Some(Edge { place, axis: edge_axis(e) })
     }
 
     /// The four faces round an edge, each by the cell at whose low corner it is and its axis.
