@@ -27,6 +27,7 @@ fn files_and_answers_do_not_depend_on_threads() {
         &["surface", "gyroid.npy", "gyroid.stl", "--iso", "0", "--below"],
         &["surface", "thin6.vox", "labels.glb", "--labels"],
         &["repair", "scan.ply", "repaired.stl", "--resolution", "60"],
+        &["repair", "scan.ply", "sheets.stl", "--resolution", "60", "--sheet"],
         &["convert", "kettle.ply", "kettle.3mf"],
         &["info", "scan.ply", "--picture", "scan.png"],
         &["compare", "solid.glb", "kettle.ply", "--samples", "20000"],
