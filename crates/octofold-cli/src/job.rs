@@ -9,6 +9,7 @@ use octofold::measure::{self, Measures, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
 use octofold::repair::RepairOptions;
 use octofold::report::{Answer, RepairReport, Report, ShapeMeasures};
+use octofold::simplify::SimplifyOptions;
 use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Mesh, Run};
 use std::io::Write;
@@ -147,6 +148,16 @@ impl Job {
             return Ok(Outcome::DoesNotHold);
         }
         Ok(Outcome::Holds)
+    }
+
+    /// Reads `input`, simplifies it, writes `output` and reports.
+    pub fn simplify(
+        &self,
+        input: &Input,
+        options: SimplifyOptions,
+        output: &Output,
+    ) -> Result<Outcome> {
+        self.convert(input, vec![Step::Simplify(options)], output)
     }
 
     /// Measures what stands in a file that was just written.

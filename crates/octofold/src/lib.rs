@@ -25,6 +25,7 @@ pub mod rows;
 pub mod run;
 pub mod samples;
 pub mod scan;
+pub mod simplify;
 pub mod solid;
 pub mod soup;
 pub mod spans;

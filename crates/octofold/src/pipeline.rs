@@ -6,6 +6,7 @@
 use crate::histogram::Histogram;
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions};
 use crate::run::{Cancelled, Finding, Run};
+use crate::simplify::{self, SimplifyAccount, SimplifyError, SimplifyOptions};
 use crate::soup::Soup;
 use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
 use crate::volume::{Volume, VolumeError};
@@ -75,11 +76,14 @@ pub enum Step {
     Surface(SurfaceOptions),
     /// Any polygons to a closed mesh.
     Repair(RepairOptions),
+    /// Fewer faces, with guarantees.
+    Simplify(SimplifyOptions),
 }
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 4] = ["triangulate", "voxelize", "surface", "repair"];
+    pub const ALL: [&'static str; 5] =
+        ["triangulate", "voxelize", "surface", "repair", "simplify"];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -88,13 +92,16 @@ impl Step {
             Self::Voxelize(_) => Self::ALL[1],
             Self::Surface(_) => Self::ALL[2],
             Self::Repair(_) => Self::ALL[3],
+            Self::Simplify(_) => Self::ALL[4],
         }
     }
 
     /// What it takes.
     pub fn takes(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) => Kind::Mesh,
+            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) | Self::Simplify(_) => {
+                Kind::Mesh
+            }
             Self::Surface(_) => Kind::Volume,
         }
     }
@@ -102,7 +109,9 @@ impl Step {
     /// What it gives.
     pub fn gives(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Surface(_) | Self::Repair(_) => Kind::Mesh,
+            Self::Triangulate | Self::Surface(_) | Self::Repair(_) | Self::Simplify(_) => {
+                Kind::Mesh
+            }
             Self::Voxelize(_) => Kind::Volume,
         }
     }
@@ -146,6 +155,9 @@ pub enum StepError {
     /// The mesh could not be repaired.
     #[error(transparent)]
     Repair(#[from] RepairError),
+    /// The mesh could not be simplified.
+    #[error(transparent)]
+    Simplify(#[from] SimplifyError),
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),
@@ -180,6 +192,8 @@ pub struct Made {
     pub surface: Option<SurfaceAccount>,
     /// What the last repair tells of its own work.
     pub repair: Option<RepairAccount>,
+    /// What the last simplification tells of its own work.
+    pub simplify: Option<SimplifyAccount>,
 }
 
 /// Runs `steps` one after the other. Whether they fit together is checked before any work.
@@ -188,6 +202,7 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
     let mut shape = shape;
     let mut account = None;
     let mut repaired = None;
+    let mut simplified = None;
     for step in steps {
         run.check()?;
         shape = match (step, shape) {
@@ -224,10 +239,19 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
                 repaired = Some(told);
                 Shape::Soup(solid.into_mesh().into())
             }
+            (Step::Simplify(options), Shape::Soup(soup)) => {
+                run.stage("triangulate");
+                let mesh = soup.triangulate();
+                drop(soup);
+                let simplify::Simplified { mesh, account: told } =
+                    simplify::simplify(&mesh, options, run)?;
+                simplified = Some(told);
+                Shape::Soup(mesh.into())
+            }
             (_, unfit) => unfit,
         };
     }
-    Ok(Made { shape, surface: account, repair: repaired })
+    Ok(Made { shape, surface: account, repair: repaired, simplify: simplified })
 }
 
 fn empty_surface(options: &SurfaceOptions) -> Finding {
@@ -328,6 +352,7 @@ mod tests {
             Step::Voxelize(VoxelizeOptions { size: Size::Resolution(128), fill: Fill::Solid }),
             Step::Surface(SurfaceOptions::default()),
             Step::Repair(RepairOptions::default()),
+            Step::Simplify(SimplifyOptions::default()),
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);
