@@ -6,7 +6,7 @@
 use crate::histogram::Histogram;
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions};
 use crate::run::{Cancelled, Finding, Run};
-use crate::simplify::{self, SimplifyAccount, SimplifyError, SimplifyOptions};
+use crate::simplify::{self, SimplifyAccount, SimplifyOptions};
 use crate::soup::Soup;
 use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
 use crate::volume::{Volume, VolumeError};
@@ -82,8 +82,7 @@ pub enum Step {
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 5] =
-        ["triangulate", "voxelize", "surface", "repair", "simplify"];
+    pub const ALL: [&'static str; 5] = ["triangulate", "voxelize", "surface", "repair", "simplify"];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -155,9 +154,6 @@ pub enum StepError {
     /// The mesh could not be repaired.
     #[error(transparent)]
     Repair(#[from] RepairError),
-    /// The mesh could not be simplified.
-    #[error(transparent)]
-    Simplify(#[from] SimplifyError),
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),

@@ -17,20 +17,28 @@
 
 mod boxes;
 mod clearance;
+mod columns;
 mod complex;
 mod planes;
 mod queue;
 mod reduce;
+#[cfg(test)]
+mod tests;
 mod tether;
 
 use crate::measure::weld;
 use crate::mesh::Mesh;
-use crate::run::{Cancelled, Run};
+use crate::par;
+use crate::run::{Cancelled, Finding, Run};
+use columns::Columns;
 use complex::{Complex, Spoke};
 use glam::DVec3;
 use reduce::Reducer;
 use std::collections::BTreeMap;
 use tether::Tether;
+
+/// Rounds over all edges that are made in any case; later ones must be worth it.
+const FULL_ROUNDS: usize = 4;
 
 /// How far a mesh is simplified: until there are no more faces than asked for, or until no more can go.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -42,17 +50,6 @@ pub struct SimplifyOptions {
     pub ratio: Option<f64>,
     /// No point of either mesh is further from the other than this, in the input's unit.
     pub error: Option<f64>,
-}
-
-/// Why a mesh could not be simplified.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SimplifyError {
-    /// Nothing says how far to go.
-    #[error("name a number of faces, a ratio or an error")]
-    Aimless,
-    /// The work was interrupted.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
 }
 
 /// Why an edge did not give way.
@@ -75,6 +72,21 @@ pub enum Rejection {
     Crossing,
     /// The error would be passed.
     Distance,
+}
+
+impl Rejection {
+    fn meaning(self) -> &'static str {
+        match self {
+            Self::Curve => "the other edges join different borders, junctions or seams",
+            Self::Topology => "without any other edge the topology would change",
+            Self::Crowd => "too many triangles stand round the other edges",
+            Self::Turn => "without any other edge a triangle would turn over",
+            Self::Sliver => "without any other edge a triangle would become a sliver",
+            Self::Fold => "without any other edge two triangles would fold onto each other",
+            Self::Crossing => "without any other edge two triangles would meet",
+            Self::Distance => "without any other edge the error would be passed",
+        }
+    }
 }
 
 /// Counts of what was tried.
@@ -107,6 +119,12 @@ pub struct SimplifyAccount {
     pub target: Option<usize>,
     /// Why it ended.
     pub stop: Stop,
+    /// Edges that are left, by what keeps them; empty where they were not all tried.
+    pub kept_by: BTreeMap<Rejection, u64>,
+    /// Seams of texture coordinates, materials, labels or colours were given up to reach the target.
+    pub seams_given_up: bool,
+    /// All coordinates are exact in single precision.
+    pub exact_in_single_precision: bool,
     /// What was tried.
     #[serde(flatten)]
     pub tally: Tally,
@@ -122,66 +140,122 @@ pub struct Simplified {
 }
 
 /// Simplifies a mesh.
+///
+/// Where its edges are open, points at the same place are joined first; triangles that name a point
+/// twice and points that no triangle names are left out. Faces and points that stay keep their
+/// order. Without any aim the mesh is simplified as far as it goes.
 pub fn simplify(
     mesh: &Mesh,
     options: &SimplifyOptions,
     run: &Run,
-) -> Result<Simplified, SimplifyError> {
-    run.stage("simplify");
-
+) -> Result<Simplified, Cancelled> {
+    run.stage("connect");
+    let before = mesh.triangles.len();
+    let share = options.ratio.map(|ratio| (ratio.max(0.0) * before as f64) as u64);
+    let wanted = share.into_iter().chain(options.faces).min().map(|faces| faces as usize);
+    let target = wanted.unwrap_or(0);
     let power = scale(&mesh.points);
     let single = mesh.points.iter().flatten().all(|&x| f64::from(x as f32) == x);
-    let (mut complex, mut edges) = load(mesh, power);
-    if edges.iter().any(|e| e.faces == 1) {
+    let mut input = Input::new(mesh, power);
+    if input.edges.iter().any(|e| e.faces == 1) {
         let welded = weld(mesh, run)?;
         if welded.points.len() < mesh.points.len() {
-            (complex, edges) = load(&welded, power);
+            input = Input::new(&welded, power);
         }
     }
-    let before = mesh.triangles.len();
-    let wanted = options.ratio.map(|r| (r * before as f64) as u64).into_iter().chain(options.faces).min();
-    let target = wanted.unwrap_or(0) as usize;
+    let Input { mut complex, columns, edges } = input;
+    let tether = options.error.map(|error| Tether::new(&complex, error / power));
     planes::lay(&mut complex, &edges);
-    let tether = options.error.map(|error| {
-        let points = complex.at.iter().map(|p| p.to_array()).collect();
-        let triangles = complex.faces.iter().map(|f| f.corners).collect();
-        let input = Mesh { points, triangles, ..Mesh::default() };
-        Tether::new(&input, error / power)
-    });
-    let mut reducer = Reducer::new(complex, single, tether);
+    let mut reducer = Reducer::new(complex, columns, tether, single);
     reducer.fill(&edges);
+    drop(edges);
+    run.stage("collapse");
     reducer.reduce(target, run)?;
-    loop {
-        if reducer.complex.count <= target { break; }
-        let before = reducer.complex.count;
+    // What was refused may pass now that its neighbours have changed.
+    let (mut kept_by, mut seams_given_up) = (BTreeMap::new(), false);
+    for round in 0.. {
+        if reducer.complex.count <= target {
+            break;
+        }
+        let (faces, refused) = (reducer.complex.count, reducer.tally.rejected.clone());
         reducer.refill();
         reducer.reduce(target, run)?;
-        if reducer.complex.count == before { break; }
+        let gained = faces - reducer.complex.count;
+        if gained == 0 || round >= FULL_ROUNDS && gained < faces / 64 {
+            if wanted.is_some() && reducer.give_up_seams() {
+                seams_given_up = true;
+                continue;
+            }
+            kept_by = since(&refused, &reducer.tally.rejected);
+            break;
+        }
     }
-    let tally = std::mem::take(&mut reducer.tally);
-    let mut complex = reducer.complex;
-    complex.compact();
-    let points = complex.at.iter().map(|p| (*p * power).to_array()).collect();
-    let triangles = complex.faces.iter().map(|f| f.corners).collect();
-    let mesh = Mesh { points, triangles, unit: mesh.unit, ..Mesh::default() };
+    if seams_given_up {
+        run.finding(Finding::warning(
+            "seams",
+            "as few faces as asked for were only reached across seams of texture coordinates, \
+             materials, labels or colours",
+        ));
+    }
+    if wanted.is_some_and(|wanted| reducer.complex.count > wanted) {
+        run.finding(missed(reducer.complex.count, target, &kept_by));
+    }
+    let (points, triangles, attributes, tally) = reducer.finish();
+    let points = par::map(&points, |&p| (p * power).to_array());
+    let mesh = Mesh { points, triangles, attributes, unit: mesh.unit };
     let account = SimplifyAccount {
         faces_before: before,
         faces_after: mesh.triangles.len(),
-        target: wanted.map(|w| w as usize),
+        target: wanted,
         stop: if mesh.triangles.len() <= target { Stop::Faces } else { Stop::Exhausted },
+        kept_by,
+        seams_given_up,
+        exact_in_single_precision: single,
         tally,
     };
-
     Ok(Simplified { mesh, account })
 }
 
-fn load(mesh: &Mesh, power: f64) -> (Complex, Vec<Spoke>) {
-    let proper = |t: &&[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-    let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(proper).copied().collect();
-    let points: Vec<DVec3> = mesh.points.iter().map(|&p| DVec3::from(p) / power).collect();
-    let mut complex = Complex::new(&points, &triangles, &[]);
-    let edges = complex.rank();
-    (complex, edges)
+fn missed(faces: usize, wanted: usize, kept_by: &BTreeMap<Rejection, u64>) -> Finding {
+    let most = kept_by.iter().max_by_key(|(_, count)| **count).map_or("", |(r, _)| r.meaning());
+    let text = format!("{faces} triangles are left where {wanted} were asked for: {most}");
+    Finding::warning("faces", text).of(faces as u64)
+}
+
+/// How often each reason came up since `before`.
+fn since(
+    before: &BTreeMap<Rejection, u64>,
+    now: &BTreeMap<Rejection, u64>,
+) -> BTreeMap<Rejection, u64> {
+    let more = |(&reason, &count): (&Rejection, &u64)| {
+        (reason, count - before.get(&reason).copied().unwrap_or(0))
+    };
+    now.iter().map(more).filter(|(_, count)| *count > 0).collect()
+}
+
+/// A mesh made ready.
+struct Input {
+    complex: Complex,
+    columns: Columns,
+    edges: Vec<Spoke>,
+}
+
+impl Input {
+    /// `power` is what coordinates are divided by.
+    fn new(mesh: &Mesh, power: f64) -> Self {
+        let proper = |&f: &u32| {
+            let [a, b, c] = mesh.triangles[f as usize];
+            a != b && b != c && c != a
+        };
+        let faces: Vec<u32> = (0..mesh.triangles.len() as u32).filter(proper).collect();
+        let triangles: Vec<[u32; 3]> = par::map(&faces, |&f| mesh.triangles[f as usize]);
+        let points = par::map(&mesh.points, |&p| DVec3::from(p) / power);
+        let mut complex = Complex::new(&points, &triangles);
+        let columns = Columns::new(mesh, faces);
+        columns.mark_seams(&mut complex);
+        let edges = complex.rank();
+        Self { complex, columns, edges }
+    }
 }
 
 /// A power of two near the largest coordinate: divided by it, nothing but exponents changes.

@@ -93,7 +93,8 @@ fn is_folded(start: DVec3, end: DVec3, a: DVec3, b: DVec3) -> Option<bool> {
     let along = end - start;
     let (one, other) = (along.cross(a - start), along.cross(b - start));
     let [of_one, of_other] = [one.length_squared(), other.length_squared()];
-    let thin = |area: f64, p: DVec3| area <= THIN * along.length_squared() * p.distance_squared(start);
+    let thin =
+        |area: f64, p: DVec3| area <= THIN * along.length_squared() * p.distance_squared(start);
     if thin(of_one, a) || thin(of_other, b) {
         return None;
     }
@@ -143,8 +144,7 @@ fn sectors_apart(o: Flat, [p, q]: [Flat; 2], [r, s]: [Flat; 2]) -> bool {
 fn apart(axis: usize, t: [DVec3; 3], other: [DVec3; 3]) -> bool {
     let (t, other) = (t.map(|p| flat(axis, p)), other.map(|p| flat(axis, p)));
     let side = turn(t[0], t[1], t[2]);
-    side != 0
-        && (0..3).any(|i| other.iter().all(|&p| turn(t[i], t[(i + 1) % 3], p) == -side))
+    side != 0 && (0..3).any(|i| other.iter().all(|&p| turn(t[i], t[(i + 1) % 3], p) == -side))
 }
 
 #[cfg(test)]

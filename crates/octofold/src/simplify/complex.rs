@@ -72,8 +72,8 @@ impl Spoke {
 }
 
 impl Complex {
-    /// The complex of faces that name three points each; `seams` has a bit for each side.
-    pub fn new(points: &[DVec3], faces: &[[u32; 3]], seams: &[u8]) -> Self {
+    /// The complex of faces that name three points each, without seams and with all points free.
+    pub fn new(points: &[DVec3], faces: &[[u32; 3]]) -> Self {
         let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
         let steps = (1u64 << place_bits(points.len().max(faces.len()))) - 1;
@@ -97,7 +97,7 @@ impl Complex {
             quadrics: vec![Quadric::default(); point_names.len()],
             ranks: vec![Rank::Free; point_names.len()],
             first: vec![NONE; point_names.len()],
-            seams: par::map(&face_names, |&f| seams.get(f as usize).copied().unwrap_or(0)),
+            seams: vec![0; faces.len()],
             stands_for: Vec::new(),
             count: renumbered.len(),
             faces: renumbered,
@@ -174,6 +174,32 @@ impl Complex {
             }
             same
         });
+    }
+
+    /// The sides of all edges with two faces for whose sides `holds`.
+    pub fn sides_where(&self, holds: impl Fn(u32, u32) -> bool) -> Vec<u32> {
+        let mut found = Vec::new();
+        let mut sides = Vec::new();
+        for p in 0..self.at.len() as u32 {
+            sides.clear();
+            for corner in self.around(p) {
+                let (f, i) = (corner >> 2, corner & 3);
+                for side in [4 * f + i, 4 * f + (i + 2) % 3] {
+                    let [a, b] = self.ends(side);
+                    sides.push((if a == p { b } else { a }, side));
+                }
+            }
+            sides.retain(|&(to, _)| to > p);
+            sides.sort_unstable();
+            for edge in sides.chunk_by(|a, b| a.0 == b.0) {
+                if let &[(_, one), (_, other)] = edge
+                    && holds(one, other)
+                {
+                    found.extend([one, other]);
+                }
+            }
+        }
+        found
     }
 
     /// Ranks all points anew, and gives the least side of every edge with its faces.

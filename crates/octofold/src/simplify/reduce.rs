@@ -2,10 +2,13 @@
 
 use super::boxes::{Boxes, Span};
 use super::clearance::{Conflict, Flat, Patch, conflict, flat, turn};
+use super::columns::Columns;
 use super::complex::{Complex, NONE, Rank, Spoke};
 use super::queue::{Queue, bucket};
 use super::tether::Tether;
 use super::{Rejection, Tally};
+use crate::attributes::Attributes;
+use crate::par;
 use crate::quadric::Quadric;
 use crate::run::{Cancelled, Run};
 use glam::DVec3;
@@ -133,11 +136,14 @@ pub struct Reducer {
     single: bool,
     /// Where an error is named.
     tether: Option<Tether>,
+    pub columns: Columns,
+    /// Where the best place is refused, others are tried.
+    patient: bool,
 }
 
 impl Reducer {
     /// `single` tells that all coordinates are of single precision, and shall be.
-    pub fn new(complex: Complex, single: bool, tether: Option<Tether>) -> Self {
+    pub fn new(complex: Complex, columns: Columns, tether: Option<Tether>, single: bool) -> Self {
         let mut reducer = Self {
             complex,
             boxes: Boxes::default(),
@@ -150,6 +156,8 @@ impl Reducer {
             tally: Tally::default(),
             single,
             tether,
+            columns,
+            patient: false,
         };
         reducer.prepare();
         reducer
@@ -172,13 +180,35 @@ impl Reducer {
         }
     }
 
-    /// Puts all edges into the queue that are not there.
+    /// Puts all edges into the queue again, to be tried with patience.
     pub fn refill(&mut self) {
+        self.patient = true;
         self.compact();
         let edges = self.complex.rank();
-        for edge in edges {
-            self.offer(edge.side);
-        }
+        self.fill(&edges);
+    }
+
+    /// Lets seams go; false where there are none.
+    pub fn give_up_seams(&mut self) -> bool {
+        let any = self.complex.seams.iter().any(|&bits| bits != 0);
+        self.complex.seams.fill(0);
+        any
+    }
+
+    /// Points, triangles and columns of what is left, in the order of the input.
+    pub fn finish(mut self) -> (Vec<DVec3>, Vec<[u32; 3]>, Attributes, Tally) {
+        self.complex.compact();
+        let complex = &self.complex;
+        let mut points: Vec<u32> = (0..complex.at.len() as u32).collect();
+        par::sort_by_key(&mut points, |&p| complex.point_names[p as usize]);
+        let mut faces: Vec<u32> = (0..complex.faces.len() as u32).collect();
+        par::sort_by_key(&mut faces, |&f| complex.face_names[f as usize]);
+        let mut numbers = vec![0; points.len()];
+        points.iter().enumerate().for_each(|(new, &old)| numbers[old as usize] = new as u32);
+        let places = points.iter().map(|&p| complex.at[p as usize]).collect();
+        let triangle = |&f: &u32| complex.faces[f as usize].corners.map(|p| numbers[p as usize]);
+        let triangles = faces.iter().map(triangle).collect();
+        (places, triangles, self.columns.gather(complex, &points, &faces), self.tally)
     }
 
     /// Collapses edges until no more than `target` faces are left, or none gives way.
@@ -244,12 +274,14 @@ impl Reducer {
         Some((cost as f32, place))
     }
 
+    fn rounded(&self, p: DVec3) -> DVec3 {
+        if self.single { p.as_vec3().as_dvec3() } else { p }
+    }
+
     fn settle(&self, sum: Quadric, a: DVec3, b: DVec3) -> DVec3 {
         let middle = a.midpoint(b);
         match sum.lowest(middle, PULL) {
-            Some(p) if p.distance_squared(middle) < 4.0 * a.distance_squared(b) => {
-                if self.single { p.as_vec3().as_dvec3() } else { p }
-            }
+            Some(p) if p.distance_squared(middle) < 4.0 * a.distance_squared(b) => self.rounded(p),
             _ => a,
         }
     }
@@ -270,18 +302,40 @@ impl Reducer {
             return Ok(());
         }
         let [a, b] = ends;
-        let ranks = ends.map(|e| self.complex.ranks[e as usize]);
-        let [kept, gone] = if ranks[0] >= ranks[1] { [a, b] } else { [b, a] };
-        match self.prove(kept, gone, place) {
-            Ok(()) if self.keeps_near(run)? => self.take(kept, gone, place),
-            Ok(()) => self.reject(Rejection::Distance),
-            Err(reason) => self.reject(reason),
+        let [rank_a, rank_b] = ends.map(|e| self.complex.ranks[e as usize]);
+        let ends @ [kept, gone] = if rank_a >= rank_b { [a, b] } else { [b, a] };
+        let mut refused = match self.collapse(ends, place, run)? {
+            Ok(()) => return Ok(()),
+            Err(reason) => reason,
+        };
+        if self.patient && rank_a == rank_b && refused > Rejection::Topology {
+            let [p, q] = [kept, gone].map(|e| self.complex.at[e as usize]);
+            for other in [p, q, self.rounded(p.midpoint(q))] {
+                match self.collapse(ends, other, run)? {
+                    Ok(()) => return Ok(()),
+                    Err(reason) => refused = reason,
+                }
+            }
         }
+        *self.tally.rejected.entry(refused).or_insert(0) += 1;
         Ok(())
     }
 
-    fn reject(&mut self, reason: Rejection) {
-        *self.tally.rejected.entry(reason).or_insert(0) += 1;
+    /// Makes a collapse where every guarantee outlives it, else tells which does not.
+    fn collapse(
+        &mut self,
+        [kept, gone]: [u32; 2],
+        place: DVec3,
+        run: &Run,
+    ) -> Result<Result<(), Rejection>, Cancelled> {
+        if let Err(reason) = self.prove(kept, gone, place) {
+            return Ok(Err(reason));
+        }
+        if !self.keeps_near(run)? {
+            return Ok(Err(Rejection::Distance));
+        }
+        self.take(kept, gone, place);
+        Ok(Ok(()))
     }
 
     /// Whether every guarantee outlives the collapse.
@@ -342,7 +396,10 @@ impl Reducer {
         let (mark, both) = (self.mark, self.mark + 1);
         let Self { complex, star, seen, .. } = self;
         for corner in complex.around(kept) {
-            complex.faces[(corner >> 2) as usize].corners.iter().for_each(|&p| seen[p as usize] = mark);
+            complex.faces[(corner >> 2) as usize]
+                .corners
+                .iter()
+                .for_each(|&p| seen[p as usize] = mark);
         }
         (seen[kept as usize], seen[gone as usize]) = (0, 0);
         let mut common = 0;
@@ -455,7 +512,8 @@ impl Reducer {
             flats.push(seen);
         }
         // Faces that are all seen from above do not meet where they go round their point once.
-        let clear = !open && flats.iter().filter(|[o, p, q]| p[1] <= o[1] && o[1] < q[1]).count() == 1;
+        let clear =
+            !open && flats.iter().filter(|[o, p, q]| p[1] <= o[1] && o[1] < q[1]).count() == 1;
         *seen_from = clear.then_some(view);
         if !clear {
             for (i, fan) in fans.iter().enumerate() {
@@ -503,7 +561,9 @@ impl Reducer {
             .near
             .iter()
             .filter(|&&f| marks[f as usize] != *mark)
-            .map(|&f| (f, Patch { corners: complex.faces[f as usize].corners, at: complex.places(f) }))
+            .map(|&f| {
+                (f, Patch { corners: complex.faces[f as usize].corners, at: complex.places(f) })
+            })
             .collect();
         let rise = star.view.and_then(|view| rise(complex, star, view));
         let new: Vec<(u32, Patch)> = star.fans.iter().map(|f| (f.face, f.patch)).collect();
@@ -513,7 +573,9 @@ impl Reducer {
 
     /// Makes the collapse, and lets the edges round it wait.
     fn take(&mut self, kept: u32, gone: u32, place: DVec3) {
-        let Self { complex, star, boxes, waits, tether, .. } = self;
+        let Self { complex, star, boxes, waits, tether, columns, .. } = self;
+        let changed = star.fans.iter().map(|f| f.face);
+        columns.collapse(complex, [kept, gone], place, changed, &star.dying);
         complex.collapse(kept, gone, place, &star.dying);
         if let Some(tether) = tether {
             let new: Vec<(u32, Patch)> = star.fans.iter().map(|f| (f.face, f.patch)).collect();
@@ -549,7 +611,13 @@ impl Reducer {
 
 /// Whether the line of a side of a fan that is seen from above has all of another face strictly on
 /// its outer side, but for points that they share.
-fn is_beyond(fan: &Fan, seen: &[Flat; 3], other: &Patch, from_above: &[Flat; 3], view: &View) -> bool {
+fn is_beyond(
+    fan: &Fan,
+    seen: &[Flat; 3],
+    other: &Patch,
+    from_above: &[Flat; 3],
+    view: &View,
+) -> bool {
     [1, 0, 2].into_iter().any(|i| {
         let j = (i + 1) % 3;
         let [p, q] = [fan.patch.corners[i], fan.patch.corners[j]];
@@ -562,10 +630,11 @@ fn is_beyond(fan: &Fan, seen: &[Flat; 3], other: &Patch, from_above: &[Flat; 3],
             }
             turn(seen[i], seen[j], from_above[k]) < 0
         });
-        beyond && (shared < 2 || {
-            let [a, b, c] = other.at;
-            view.sees((b - a).cross(c - a))
-        })
+        beyond
+            && (shared < 2 || {
+                let [a, b, c] = other.at;
+                view.sees((b - a).cross(c - a))
+            })
     })
 }
 
@@ -581,10 +650,12 @@ fn rise(complex: &Complex, star: &Star, view: View) -> Option<f64> {
         .collect();
     let ring = |p: &u32| star.fans.iter().any(|f| f.patch.corners[1..].contains(p));
     let mut most = 0.0f64;
-    let mut see = |height: Option<f64>| height.is_some_and(|h| {
-        most = most.max(h.abs());
-        true
-    });
+    let mut see = |height: Option<f64>| {
+        height.is_some_and(|h| {
+            most = most.max(h.abs());
+            true
+        })
+    };
     for old in &before {
         let [a, b, c] = old.at;
         if !view.sees((b - a).cross(c - a)) {
@@ -604,7 +675,8 @@ fn rise(complex: &Complex, star: &Star, view: View) -> Option<f64> {
                 let (end, to) = (old.corners[(i + k) % 3], old.at[(i + k) % 3]);
                 for fan in &star.fans {
                     if fan.patch.corners[1] != end
-                        && let Some(gap) = view.gap([old.at[i], to], [fan.patch.at[0], fan.patch.at[1]])
+                        && let Some(gap) =
+                            view.gap([old.at[i], to], [fan.patch.at[0], fan.patch.at[1]])
                     {
                         see(Some(gap));
                     }

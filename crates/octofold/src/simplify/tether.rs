@@ -10,6 +10,7 @@
 //! itself.
 
 use super::clearance::Patch;
+use super::complex::Complex;
 use crate::measure::nearest::{Face, Nearest};
 use crate::measure::within::Reach;
 use crate::mesh::Mesh;
@@ -46,12 +47,17 @@ pub struct Tether {
 }
 
 impl Tether {
-    /// Ties `mesh`, whose faces are its own input, within `error`.
-    pub fn new(mesh: &Mesh, error: f64) -> Self {
+    /// Ties a mesh to itself, as it is, within `error`.
+    pub fn new(complex: &Complex, error: f64) -> Self {
+        let mesh = Mesh {
+            points: complex.at.iter().map(|p| p.to_array()).collect(),
+            triangles: complex.faces.iter().map(|f| f.corners).collect(),
+            ..Mesh::default()
+        };
         let faces = mesh.triangles.len();
         Self {
             corners: (0..faces).map(|t| mesh.corners(t).map(DVec3::from)).collect(),
-            index: Nearest::new(mesh),
+            index: Nearest::new(&mesh),
             limit: (error * (1.0 - MARGIN) - GRAIN).max(0.0),
             held: (0..faces as u32).map(|t| vec![t]).collect(),
             away: vec![0.0; faces],
