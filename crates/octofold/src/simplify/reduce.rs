@@ -33,7 +33,7 @@ const FLAT: f64 = 0.001;
 const GRAZING: f64 = 0.0076;
 
 /// How much a point is held where planes do not settle it.
-const PULL: f64 = 1e-4;
+const PULL: f64 = 1e-6;
 
 /// How much length costs beside the squares of distances.
 const LENGTH: f64 = 1e-6;
@@ -418,7 +418,8 @@ impl Reducer {
         let mut apexes: Vec<u32> = star.dying.iter().filter_map(apex).collect();
         apexes.sort_unstable();
         apexes.dedup();
-        if common != apexes.len() {
+        // Where a face appears twice, the mesh is no complex.
+        if common != apexes.len() || star.dying.len() != apexes.len() {
             return Err(Rejection::Topology);
         }
         // A face of either on the same far side would become the other's twin.
@@ -484,7 +485,7 @@ impl Reducer {
     /// No changed face meets another, or folds onto it, that its former self did not.
     fn keeps_clear(&mut self) -> Result<(), Rejection> {
         let Self { complex, star, boxes, marks, mark, .. } = self;
-        let Star { fans, near, flats, whole_round, view: seen_from, .. } = star;
+        let Star { fans, dying, near, flats, whole_round, view: seen_from, .. } = star;
         let patch = |face: u32| {
             let corners = complex.faces[face as usize].corners;
             Patch { corners, at: corners.map(|p| complex.at[p as usize]) }
@@ -500,13 +501,18 @@ impl Reducer {
             let known = conflict(&former, &patch(other), steepest((b - a).cross(c - a)));
             (known != Some(found)).then_some(reason)
         };
-        let Some(first) = fans.first() else { return Ok(()) };
+        let ends = dying.iter().map(|&f| boxes.get(f));
+        let spans = fans.iter().map(|fan| fan.span).chain(ends);
+        let whole = spans.reduce(|mut whole, span| {
+            whole.join(&span);
+            whole
+        });
+        near.clear();
+        whole.iter().for_each(|whole| boxes.near(whole, near));
         let view = View::of(fans);
-        let mut whole = first.span;
         let mut open = !*whole_round;
         flats.clear();
         for fan in fans.iter() {
-            whole.join(&fan.span);
             let seen = fan.patch.at.map(|p| view.flat(p));
             open |= !view.sees(fan.normal) || turn(seen[0], seen[1], seen[2]) != 1;
             flats.push(seen);
@@ -525,8 +531,6 @@ impl Reducer {
                 }
             }
         }
-        near.clear();
-        boxes.near(&whole, near);
         for &face in near.iter() {
             if marks[face as usize] == *mark {
                 continue;

@@ -290,7 +290,7 @@ fn columns_come_along_and_seams_stay() {
             assert!((f64::from(colours[point][0]) - 8.0 * x).abs() < 6.0);
         }
     }
-    assert!((areas[0] - 128.0).abs() < 1e-6 && (areas[1] - 128.0).abs() < 1e-6, "{areas:?}");
+    assert!(areas.iter().all(|area| (area - 128.0).abs() < 0.01), "{areas:?}");
 }
 
 #[test]
@@ -298,9 +298,9 @@ fn seams_are_given_up_only_where_the_target_asks_for_it() {
     let mesh = painted(4);
     let all = SimplifyOptions { error: Some(0.5), ..SimplifyOptions::default() };
     assert!(!assert_simplified(&mesh, &all).account.seams_given_up);
-    let two = SimplifyOptions { faces: Some(2), ..SimplifyOptions::default() };
-    let found = assert_simplified(&mesh, &two);
-    assert!(found.account.seams_given_up && found.account.faces_after == 2, "{:?}", found.account);
+    let one = SimplifyOptions { faces: Some(1), ..SimplifyOptions::default() };
+    let found = assert_simplified(&mesh, &one);
+    assert!(found.account.seams_given_up && found.account.faces_after == 1, "{:?}", found.account);
 }
 
 #[test]

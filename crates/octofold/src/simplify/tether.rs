@@ -108,7 +108,8 @@ impl Tether {
             let near = |i: &usize| {
                 corners[t as usize].iter().all(|&c| faces[*i].distance_squared(c) <= squared)
             };
-            match std::iter::once(last).chain(0..new.len()).find(near) {
+            let first = (!new.is_empty()).then_some(last);
+            match first.into_iter().chain(0..new.len()).find(near) {
                 Some(i) => {
                     plan.push((new[i].0, t));
                     last = i;
