@@ -22,9 +22,11 @@ mod complex;
 mod planes;
 mod queue;
 mod reduce;
+mod star;
 #[cfg(test)]
 mod tests;
 mod tether;
+mod view;
 
 use crate::measure::weld;
 use crate::mesh::Mesh;

@@ -4,6 +4,7 @@
 //! next [`Complex::compact`]. The corners of each point form a linked list. A corner is numbered
 //! 4 f + i; the side from corner i to the next one of face f goes by the same number.
 
+use super::clearance::Patch;
 use crate::octree::key::morton;
 use crate::par;
 use crate::quadric::Quadric;
@@ -129,6 +130,11 @@ impl Complex {
 
     pub fn places(&self, face: u32) -> [DVec3; 3] {
         self.faces[face as usize].corners.map(|p| self.at[p as usize])
+    }
+
+    /// A face with its places.
+    pub fn patch(&self, face: u32) -> Patch {
+        Patch { corners: self.faces[face as usize].corners, at: self.places(face) }
     }
 
     /// The corners at a point.

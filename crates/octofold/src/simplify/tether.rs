@@ -169,15 +169,15 @@ impl Tether {
     }
 
     /// Makes the step that was proved last.
-    pub fn take(&mut self, old: &[u32], new: &[(u32, Patch)]) {
-        old.iter().for_each(|&f| self.held[f as usize].clear());
+    pub fn take(&mut self, old: impl Iterator<Item = u32>, new: impl Iterator<Item = u32>) {
+        old.for_each(|f| self.held[f as usize].clear());
         for (face, t) in self.plan.drain(..) {
             let held = &mut self.held[face as usize];
             if !held.contains(&t) {
                 held.push(t);
             }
         }
-        new.iter().for_each(|(face, _)| self.away[*face as usize] = self.bound);
+        new.for_each(|f| self.away[f as usize] = self.bound);
     }
 
     /// Follows new numbers of faces.
