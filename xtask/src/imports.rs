@@ -10,7 +10,7 @@ const FREE: [&str; 9] =
     ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sets", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 21] = [
+const TABLE: [(&str, &[&str]); 22] = [
     ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
@@ -23,9 +23,13 @@ const TABLE: [(&str, &[&str]); 21] = [
     ("pipeline", ALL),
     ("polygon", &[]),
     ("repair", &["bits", "lattice", "measure", "mesh", "solid", "surface", "voxelize"]),
-    ("report", &["histogram", "measure", "mesh", "pipeline", "repair", "surface", "volume"]),
+    (
+        "report",
+        &["histogram", "measure", "mesh", "pipeline", "repair", "simplify", "surface", "volume"],
+    ),
     ("rows", &[]),
     ("samples", &["mesh", "soup", "surface", "volume"]),
+    ("simplify", &["measure", "mesh", "octree"]),
     ("solid", &["measure", "mesh", "soup"]),
     ("soup", &["mesh", "polygon"]),
     ("spans", &["rows", "volume"]),

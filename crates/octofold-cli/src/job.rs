@@ -5,9 +5,10 @@ use crate::files::{Input, Output};
 use crate::memory;
 use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
-use octofold::measure::{self, Measures, Weld};
+use octofold::measure::{self, Measures, Verdict, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
-use octofold::report::{Answer, RepairReport, Report, ShapeMeasures};
+use octofold::report::{Answer, RepairReport, Report, ShapeMeasures, SimplifyReport};
+use octofold::simplify::SimplifyOptions;
 use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Mesh, Run};
 use std::io::Write;
@@ -15,6 +16,9 @@ use std::sync::Arc;
 
 /// Points spread over both meshes for the distances in a report.
 const SAMPLES: usize = 200_000;
+
+/// How far bounds of distances in a report may be apart, as a share of the model's longest side.
+const ACCURACY: f64 = 1e-5;
 
 /// How a command ended that did its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +55,8 @@ pub struct Account {
     pub surface: Option<SurfaceAccount>,
     /// What was repaired.
     pub repair: Option<RepairReport>,
+    /// What was simplified.
+    pub simplify: Option<SimplifyReport>,
 }
 
 impl Job {
@@ -149,6 +155,63 @@ impl Job {
         Ok(Outcome::Holds)
     }
 
+    /// Reads `input`, simplifies it, writes `output`, and proves its distances from the file.
+    pub fn simplify(
+        &self,
+        input: &Input,
+        options: SimplifyOptions,
+        output: &Output,
+    ) -> Result<Outcome> {
+        self.refuse_mixed_output(output)?;
+        ensure!(
+            output.kind() == Kind::Mesh,
+            "{} holds a {}, and a simplified mesh is to be written",
+            output.name(),
+            output.kind()
+        );
+        let soup = input.open()?.read_mesh(&self.run)?;
+        let proves = !output.is_pipe() && (self.json || options.error.is_some());
+        let reference = if proves { Some(soup.triangulate()) } else { None };
+        let shape = Shape::Soup(soup);
+        let measured = self.measures(&shape)?;
+        let steps = vec![Step::Simplify(options)];
+        let Made { shape, simplify, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
+        let measures = self.measures(&shape)?;
+        output.write(&shape, &self.run)?;
+        let (mut proved_within_error, mut distances) = (None, None);
+        if let Some(reference) = reference {
+            let written = output.as_input().open()?.read_mesh(&self.run)?.triangulate();
+            if let Some(error) = options.error {
+                let verdict = measure::within(&written, &reference, error, &self.run)?;
+                proved_within_error = Some(matches!(verdict, Verdict::Proven | Verdict::Empty));
+            }
+            if self.json {
+                let accuracy = reference.bounds().map_or(0.0, |[low, high]| {
+                    ACCURACY * (0..3).map(|x| high[x] - low[x]).fold(0.0, f64::max)
+                });
+                distances = measure::hausdorff_bounds(&written, &reference, accuracy, &self.run)?;
+            }
+        }
+        let simplify =
+            simplify.map(|account| SimplifyReport { account, proved_within_error, distances });
+        self.finish(Account {
+            steps,
+            input: measured,
+            output: measures,
+            simplify,
+            ..Account::default()
+        })?;
+        self.say_written(output, &shape);
+        if proved_within_error == Some(false) {
+            self.terminal.say(&format!(
+                "{}: the error is passed, as rounding in this format has moved points: write PLY or OBJ",
+                output.name()
+            ));
+            return Ok(Outcome::DoesNotHold);
+        }
+        Ok(Outcome::Holds)
+    }
+
     /// Measures what stands in a file that was just written.
     fn measure_written(&self, output: &Output) -> Result<(Mesh, Measures)> {
         let mesh = output.as_input().open()?.read_mesh(&self.run)?.triangulate();
@@ -198,7 +261,7 @@ impl Job {
         if !self.json {
             return Ok(());
         }
-        let Account { answer, steps, input, output, surface, repair } = account;
+        let Account { answer, steps, input, output, surface, repair, simplify } = account;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: self.command,
@@ -211,6 +274,7 @@ impl Job {
             output,
             surface,
             repair,
+            simplify,
             findings,
         };
         self.answer(&serde_json::to_string_pretty(&report)?)

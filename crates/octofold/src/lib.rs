@@ -26,6 +26,7 @@ pub mod run;
 pub mod samples;
 pub mod scan;
 mod sets;
+pub mod simplify;
 pub mod solid;
 pub mod soup;
 pub mod spans;

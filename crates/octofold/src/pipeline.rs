@@ -6,6 +6,7 @@
 use crate::histogram::Histogram;
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
+use crate::simplify::{self, SimplifyAccount, SimplifyOptions};
 use crate::soup::Soup;
 use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
 use crate::volume::{Volume, VolumeError};
@@ -77,11 +78,14 @@ pub enum Step {
     Repair(RepairOptions),
     /// Any polygons to single sheets where they are thin, closed parts where they are not.
     Sheets(SheetOptions),
+    /// Fewer faces, with guarantees.
+    Simplify(SimplifyOptions),
 }
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 5] = ["triangulate", "voxelize", "surface", "repair", "sheets"];
+    pub const ALL: [&'static str; 6] =
+        ["triangulate", "voxelize", "surface", "repair", "sheets", "simplify"];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -91,13 +95,18 @@ impl Step {
             Self::Surface(_) => Self::ALL[2],
             Self::Repair(_) => Self::ALL[3],
             Self::Sheets(_) => Self::ALL[4],
+            Self::Simplify(_) => Self::ALL[5],
         }
     }
 
     /// What it takes.
     pub fn takes(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Voxelize(_) | Self::Repair(_) | Self::Sheets(_) => Kind::Mesh,
+            Self::Triangulate
+            | Self::Voxelize(_)
+            | Self::Repair(_)
+            | Self::Sheets(_)
+            | Self::Simplify(_) => Kind::Mesh,
             Self::Surface(_) => Kind::Volume,
         }
     }
@@ -105,7 +114,11 @@ impl Step {
     /// What it gives.
     pub fn gives(&self) -> Kind {
         match self {
-            Self::Triangulate | Self::Surface(_) | Self::Repair(_) | Self::Sheets(_) => Kind::Mesh,
+            Self::Triangulate
+            | Self::Surface(_)
+            | Self::Repair(_)
+            | Self::Sheets(_)
+            | Self::Simplify(_) => Kind::Mesh,
             Self::Voxelize(_) => Kind::Volume,
         }
     }
@@ -183,6 +196,8 @@ pub struct Made {
     pub surface: Option<SurfaceAccount>,
     /// What the last repair tells of its own work.
     pub repair: Option<RepairAccount>,
+    /// What the last simplification tells of its own work.
+    pub simplify: Option<SimplifyAccount>,
 }
 
 /// Runs `steps` one after the other. Whether they fit together is checked before any work.
@@ -191,6 +206,7 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
     let mut shape = shape;
     let mut account = None;
     let mut repaired = None;
+    let mut simplified = None;
     for step in steps {
         run.check()?;
         shape = match (step, shape) {
@@ -236,10 +252,19 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
                 repaired = Some(told);
                 Shape::Soup(mesh.into())
             }
+            (Step::Simplify(options), Shape::Soup(soup)) => {
+                run.stage("triangulate");
+                let mesh = soup.triangulate();
+                drop(soup);
+                let simplify::Simplified { mesh, account: told } =
+                    simplify::simplify(&mesh, options, run)?;
+                simplified = Some(told);
+                Shape::Soup(mesh.into())
+            }
             (_, unfit) => unfit,
         };
     }
-    Ok(Made { shape, surface: account, repair: repaired })
+    Ok(Made { shape, surface: account, repair: repaired, simplify: simplified })
 }
 
 fn empty_surface(options: &SurfaceOptions) -> Finding {
@@ -341,6 +366,7 @@ mod tests {
             Step::Surface(SurfaceOptions::default()),
             Step::Repair(RepairOptions::default()),
             Step::Sheets(SheetOptions::default()),
+            Step::Simplify(SimplifyOptions::default()),
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);

@@ -6,23 +6,20 @@ use glam::{DMat3, DVec3};
 use std::ops::{AddAssign, Mul};
 
 /// The sum of weighted squared distances to planes: p A p - 2 b p + c.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Quadric {
-    form: DMat3,
+    /// A is symmetric: its diagonal, and what is beside it (xy, xz, yz).
+    diagonal: DVec3,
+    beside: DVec3,
     side: DVec3,
     rest: f64,
     weight: f64,
 }
 
-impl Default for Quadric {
-    fn default() -> Self {
-        Self { form: DMat3::ZERO, side: DVec3::ZERO, rest: 0.0, weight: 0.0 }
-    }
-}
-
 impl AddAssign for Quadric {
     fn add_assign(&mut self, other: Self) {
-        self.form += other.form;
+        self.diagonal += other.diagonal;
+        self.beside += other.beside;
         self.side += other.side;
         self.rest += other.rest;
         self.weight += other.weight;
@@ -34,7 +31,8 @@ impl Mul<f64> for Quadric {
 
     fn mul(self, by: f64) -> Self {
         Self {
-            form: self.form * by,
+            diagonal: self.diagonal * by,
+            beside: self.beside * by,
             side: self.side * by,
             rest: self.rest * by,
             weight: self.weight * by,
@@ -46,13 +44,19 @@ impl Quadric {
     /// The squared distance to the plane through `on` with unit normal `normal`, times `weight`.
     pub fn plane(normal: DVec3, on: DVec3, weight: f64) -> Self {
         let offset = normal.dot(on);
+        let DVec3 { x, y, z } = normal;
         Self {
-            form: DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z)
-                * weight,
+            diagonal: normal * normal * weight,
+            beside: DVec3::new(x * y, x * z, y * z) * weight,
             side: normal * (offset * weight),
             rest: offset * offset * weight,
             weight,
         }
+    }
+
+    fn form(&self) -> DMat3 {
+        let (DVec3 { x, y, z }, DVec3 { x: xy, y: xz, z: yz }) = (self.diagonal, self.beside);
+        DMat3::from_cols(DVec3::new(x, xy, xz), DVec3::new(xy, y, yz), DVec3::new(xz, yz, z))
     }
 
     /// The sum of the weights.
@@ -62,14 +66,15 @@ impl Quadric {
 
     /// The value at a point; never below zero.
     pub fn at(&self, p: DVec3) -> f64 {
-        (p.dot(self.form * p) - 2.0 * self.side.dot(p) + self.rest).max(0.0)
+        (p.dot(self.form() * p) - 2.0 * self.side.dot(p) + self.rest).max(0.0)
     }
 
     /// The point where the value and `pull` times the weight times the squared distance to `home`
     /// are least together; where planes do not settle a direction, `home` does.
     pub fn lowest(&self, home: DVec3, pull: f64) -> Option<DVec3> {
-        let settled = self.form + DMat3::from_diagonal(DVec3::splat(pull * self.weight));
-        let step = settled.inverse() * (self.side - self.form * home);
+        let form = self.form();
+        let settled = form + DMat3::from_diagonal(DVec3::splat(pull * self.weight));
+        let step = settled.inverse() * (self.side - form * home);
         let p = home + step;
         p.is_finite().then_some(p)
     }
@@ -79,11 +84,12 @@ impl Quadric {
     pub fn lowest_in_cube(&self, home: DVec3, pull: f64) -> DVec3 {
         const ROUNDS: usize = 64;
         let held = pull * self.weight;
+        let form = self.form();
         let mut p = home;
         for _ in 0..ROUNDS {
             let before = p;
             for a in 0..3 {
-                let column = self.form.col(a);
+                let column = form.col(a);
                 let bend = column[a] + held;
                 if bend > 0.0 {
                     let slope = column.dot(p) - self.side[a] + held * (p[a] - home[a]);

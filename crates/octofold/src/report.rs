@@ -3,10 +3,11 @@
 //! The library keeps no clock, so whoever runs the command fills in the times.
 
 use crate::histogram::Histogram;
-use crate::measure::{self, Comparison, Measures, Weld};
+use crate::measure::{self, Comparison, HausdorffBounds, Measures, Weld};
 use crate::pipeline::{Kind, Shape, Step};
 use crate::repair::RepairAccount;
 use crate::run::{Finding, Run};
+use crate::simplify::SimplifyAccount;
 use crate::surface::SurfaceAccount;
 use crate::volume::{Placement, Region, ScalarType, Volume, VolumeError};
 use serde::Serialize;
@@ -40,6 +41,8 @@ pub struct Report {
     pub surface: Option<SurfaceAccount>,
     /// What a repair tells of its own work.
     pub repair: Option<RepairReport>,
+    /// What a simplification tells of its own work.
+    pub simplify: Option<SimplifyReport>,
     /// Odd things that did not stop the work.
     pub findings: Vec<Finding>,
 }
@@ -56,6 +59,20 @@ pub struct RepairReport {
     pub proved_of_file: Option<bool>,
     /// How far the output is from the input, and the input from the output.
     pub distances: Option<Comparison>,
+}
+
+/// How a mesh was simplified, and what is proved of the file that was written.
+#[derive(Debug, Clone, Serialize)]
+pub struct SimplifyReport {
+    /// What was done.
+    #[serde(flatten)]
+    pub account: SimplifyAccount,
+    /// No point of the file's mesh is further from the input than the error that was named, nor the
+    /// other way round; `None` where none was, or there is no file to read.
+    pub proved_within_error: Option<bool>,
+    /// What the largest distances lie between, from the output to the input (`a_to_b`) and from the
+    /// input to the output.
+    pub distances: Option<HausdorffBounds>,
 }
 
 /// One stage of the work.

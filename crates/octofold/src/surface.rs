@@ -157,7 +157,7 @@ pub fn surface(
 
 /// Random samples in 0..=1 for tests: blocks of `smooth` samples a side share a value.
 #[cfg(test)]
-fn noise(dims: [usize; 3], seed: u64, smooth: u64) -> crate::volume::DenseVolume<u8> {
+pub(crate) fn noise(dims: [usize; 3], seed: u64, smooth: u64) -> crate::volume::DenseVolume<u8> {
     let sample = |i: usize| {
         let at = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]];
         let block = at.iter().fold(seed, |h, &x| {

@@ -192,7 +192,7 @@ pub fn nearest_on(corners: [[f64; 3]; 3], query: [f64; 3]) -> [f64; 3] {
 
 /// A triangle, made ready for distances.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Face {
+pub(crate) struct Face {
     a: DVec3,
     ab: DVec3,
     ac: DVec3,
@@ -200,7 +200,7 @@ pub(super) struct Face {
 }
 
 impl Face {
-    fn new(corners: [[f64; 3]; 3]) -> Self {
+    pub(crate) fn new(corners: [[f64; 3]; 3]) -> Self {
         let [a, b, c] = corners.map(DVec3::from);
         let (ab, ac) = (b - a, c - a);
         let longest = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
@@ -212,7 +212,7 @@ impl Face {
     /// Distance of `p` from the face, squared: up to rounding never less than that of a point of
     /// the face.
     #[inline]
-    pub(super) fn distance_squared(&self, p: DVec3) -> f64 {
+    pub(crate) fn distance_squared(&self, p: DVec3) -> f64 {
         self.offset_from(p).length_squared()
     }
 

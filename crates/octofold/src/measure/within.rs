@@ -39,6 +39,10 @@ const FINE: f64 = 1.0 / 1024.0;
 /// Fine pieces that a unit of work looks at, before it leaves the rest undecided.
 const PATIENCE: usize = 1 << 16;
 
+/// The same for those who ask for many triangles that may as well not hold.
+const COARSE: f64 = 1.0 / 16.0;
+const HASTE: usize = 32;
+
 /// Pieces between two looks at the flag that stops the work.
 const STRIDE: usize = 4096;
 
@@ -299,9 +303,64 @@ fn bound(
     Ok(Interval { lower: distance, upper, place: place.to_array() })
 }
 
+/// Faces among which the nearest to a point can be found.
+pub(crate) trait Faces {
+    /// The nearest face no farther than `distance`, by its place in [`Self::all`], and how far it
+    /// is. The answer is the same with any `hint`; one that is near may save time.
+    fn nearest(&self, p: DVec3, distance: f64, hint: Option<usize>) -> Option<(usize, f64)>;
+
+    /// All of them.
+    fn all(&self) -> &[Face];
+}
+
+impl Faces for Nearest {
+    fn nearest(&self, p: DVec3, distance: f64, hint: Option<usize>) -> Option<(usize, f64)> {
+        self.nearest_face(p, distance, hint)
+    }
+
+    fn all(&self) -> &[Face] {
+        self.faces()
+    }
+}
+
+/// A few faces are looked at one after the other.
+impl Faces for Vec<Face> {
+    fn nearest(&self, p: DVec3, distance: f64, _: Option<usize>) -> Option<(usize, f64)> {
+        let squares = self.iter().map(|face| face.distance_squared(p)).enumerate();
+        let best = squares.reduce(|best, new| if new.1 < best.1 { new } else { best });
+        best.map(|(face, squared)| (face, squared.sqrt())).filter(|best| best.1 <= distance)
+    }
+
+    fn all(&self) -> &[Face] {
+        self
+    }
+}
+
+/// Whether triangles lie within a limit of faces, one after the other, without much patience: what
+/// is not decided soon counts as beyond.
+pub(crate) struct Reach<'a, T>(Cover<'a, T>);
+
+impl<'a, T: Faces> Reach<'a, T> {
+    /// `grain` is what coordinates may be off by rounding.
+    pub(crate) fn new(to: &'a T, limit: f64, grain: f64) -> Self {
+        Self(Cover { fine: COARSE, ..Cover::new(to, limit, limit, grain) })
+    }
+
+    /// Whether no point of a triangle is further away than the limit.
+    pub(crate) fn holds(&mut self, corners: [DVec3; 3], run: &Run) -> Result<bool, Cancelled> {
+        self.0.patience = HASTE;
+        Ok(self.0.triangle(corners, run)?.is_none())
+    }
+
+    /// The faces that parts of the last triangle were found to lie near to, some more than once.
+    pub(crate) fn met(&self) -> &[usize] {
+        &self.0.met
+    }
+}
+
 /// The search through triangles one after the other, and what is left of the current one.
-struct Cover<'a> {
-    to: &'a Nearest,
+struct Cover<'a, T> {
+    to: &'a T,
     /// A point that is further away is told.
     allowed: f64,
     /// A piece that is nowhere further away is done.
@@ -312,12 +371,17 @@ struct Cover<'a> {
     doubt: Option<Fault>,
     /// The face that was nearest last.
     hint: Option<usize>,
+    /// Share of the limit below which a piece is fine.
+    fine: f64,
+    /// Fine pieces that are still looked at.
     patience: usize,
     looked_at: usize,
+    /// The faces beside which pieces of the current triangle were left.
+    met: Vec<usize>,
 }
 
-impl<'a> Cover<'a> {
-    fn new(to: &'a Nearest, allowed: f64, limit: f64, grain: f64) -> Self {
+impl<'a, T: Faces> Cover<'a, T> {
+    fn new(to: &'a T, allowed: f64, limit: f64, grain: f64) -> Self {
         Self {
             to,
             allowed,
@@ -327,15 +391,19 @@ impl<'a> Cover<'a> {
             waiting: Vec::new(),
             doubt: None,
             hint: None,
+            fine: FINE,
             patience: PATIENCE,
             looked_at: 0,
+            met: Vec::new(),
         }
     }
 
     /// Looks at a whole triangle.
     fn triangle(&mut self, corners: [DVec3; 3], run: &Run) -> Result<Option<Fault>, Cancelled> {
         self.waiting.clear();
+        self.met.clear();
         if self.is_beside_hint(&corners) {
+            self.met.extend(self.hint);
             return Ok(None);
         }
         self.axes = Axes::of(&corners);
@@ -353,6 +421,7 @@ impl<'a> Cover<'a> {
             }
             let Ball { centre, radius } = piece.ball(&self.axes);
             if self.is_ball_beside_hint(centre, radius) || self.is_beside_hint(piece.corners()) {
+                self.met.extend(self.hint);
                 continue;
             }
             let Some((face, distance)) = self.nearest(centre) else {
@@ -361,12 +430,13 @@ impl<'a> Cover<'a> {
             };
             let upper = distance + radius;
             if upper <= self.limit || self.is_beside_hint(piece.corners()) {
+                self.met.push(face);
                 continue;
             }
             let spare = self.limit - distance;
             let nearly_met = 4.0 * spare < radius;
             if nearly_met {
-                let face = &self.to.faces()[face];
+                let face = &self.to.all()[face];
                 let furthest = furthest(piece.corners(), face);
                 if self.nearest(furthest).is_none() {
                     self.waiting.push(piece);
@@ -386,19 +456,19 @@ impl<'a> Cover<'a> {
 
     /// The nearest face to a point, where that is no farther than allowed.
     fn nearest(&mut self, p: DVec3) -> Option<(usize, f64)> {
-        let found = self.to.nearest_face(p, self.allowed, self.hint)?;
+        let found = self.to.nearest(p, self.allowed, self.hint)?;
         self.hint = Some(found.0);
         Some(found)
     }
 
     fn beyond(&self, place: DVec3) -> Option<Fault> {
-        let (_, distance) = self.to.nearest_face(place, f64::INFINITY, self.hint)?;
+        let (_, distance) = self.to.nearest(place, f64::INFINITY, self.hint)?;
         Some(Fault::Beyond(Far { place, distance }))
     }
 
     fn is_beside_hint(&self, corners: &[DVec3]) -> bool {
         self.hint.is_some_and(|face| {
-            let face = &self.to.faces()[face];
+            let face = &self.to.all()[face];
             corners.iter().all(|&c| face.distance_squared(c) <= self.limit * self.limit)
         })
     }
@@ -408,19 +478,19 @@ impl<'a> Cover<'a> {
         spare >= 0.0
             && self
                 .hint
-                .is_some_and(|face| self.to.faces()[face].distance_squared(centre) <= spare * spare)
+                .is_some_and(|face| self.to.all()[face].distance_squared(centre) <= spare * spare)
     }
 
     /// Both parts of a piece, along `face` where one is given; `None` where it is too small, or
     /// fine and patience has run out.
     fn part(&mut self, piece: &Piece, radius: f64, face: Option<usize>) -> Option<[Piece; 2]> {
-        if radius < FINE * self.limit {
+        if radius < self.fine * self.limit {
             self.patience = self.patience.checked_sub(1)?;
         }
         if 4.0 * radius <= self.grain {
             return None;
         }
-        let along_face = face.and_then(|f| self.cut_along(piece, radius, &self.to.faces()[f]));
+        let along_face = face.and_then(|f| self.cut_along(piece, radius, &self.to.all()[f]));
         along_face.or_else(|| piece.halves(&self.axes))
     }
 
