@@ -12,6 +12,7 @@
 //! Source: Fujimura, Kobori and Kutsuwa, "Shape compression of spatial partitioning models using
 //! the network model"; specification of the network model (A1 to A5).
 
+pub mod code;
 pub mod combine;
 pub mod compress;
 pub mod links;

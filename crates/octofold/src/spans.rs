@@ -24,7 +24,7 @@ impl Spans {
     }
 
     /// Collects runs in order of slice, row and start; runs that touch are joined.
-    pub(crate) fn from_runs(
+    pub fn from_runs(
         dims: [usize; 3],
         placement: Placement,
         ordered: impl IntoIterator<Item = ([u32; 2], [u32; 2])>,
