@@ -1,7 +1,10 @@
 //! Solids as bytes.
 
 pub mod range;
+mod counted;
 mod direct;
+mod logistic;
+mod mixture;
 mod neighbourhood;
 mod walk;
 
@@ -10,14 +13,20 @@ use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
 use crate::volume::{Placement, Volume};
 use direct::Direct;
+use mixture::Mixture;
 use range::{Decoder, Encoder};
-use walk::Walk;
+use walk::{Model, Walk};
 
+pub fn encode(solid: &Spans, archive: bool, run: &Run) -> Result<Vec<u8>, Cancelled> {
+    if archive { enc::<Mixture>(solid, Default::default(), run) } else { enc::<Direct>(solid, Default::default(), run) }
+}
+pub fn decode(dims: [usize; 3], bytes: &[u8], archive: bool, run: &Run) -> Result<Spans, Cancelled> {
+    if archive { dec::<Mixture>(dims, bytes, Default::default(), run) } else { dec::<Direct>(dims, bytes, Default::default(), run) }
+}
 /// Codes a solid.
-pub fn encode(solid: &Spans, run: &Run) -> Result<Vec<u8>, Cancelled> {
+fn enc<M: Model>(solid: &Spans, mut model: M, run: &Run) -> Result<Vec<u8>, Cancelled> {
     let [width, height, depth] = solid.dims();
     let mut walk = Walk::new(width as u32, height as u32);
-    let mut model = Direct::default();
     let mut coder = Encoder::default();
     for z in 0..depth {
         run.check()?;
@@ -27,10 +36,9 @@ pub fn encode(solid: &Spans, run: &Run) -> Result<Vec<u8>, Cancelled> {
 }
 
 /// The solid of bytes.
-pub fn decode(dims: [usize; 3], bytes: &[u8], run: &Run) -> Result<Spans, Cancelled> {
+fn dec<M: Model>(dims: [usize; 3], bytes: &[u8], mut model: M, run: &Run) -> Result<Spans, Cancelled> {
     let [width, height, depth] = dims;
     let mut walk = Walk::new(width as u32, height as u32);
-    let mut model = Direct::default();
     let mut coder = Decoder::new(bytes);
     let mut rows = Rows::default();
     for _ in 0..depth {
