@@ -24,7 +24,7 @@ impl Spans {
     }
 
     /// Collects runs in order of slice, row and start; runs that touch are joined.
-    pub fn from_runs(
+    pub(crate) fn from_runs(
         dims: [usize; 3],
         placement: Placement,
         ordered: impl IntoIterator<Item = ([u32; 2], [u32; 2])>,
@@ -49,6 +49,21 @@ impl Spans {
         parts.into_iter().for_each(|part| rows.append(part));
         rows.fill_to(dims[2]);
         Self { dims, placement, rows }
+    }
+
+    /// Stacks solids of one width and height, the first lowest.
+    pub fn stack(
+        [width, height]: [usize; 2],
+        placement: Placement,
+        slabs: impl IntoIterator<Item = Self>,
+    ) -> Self {
+        let mut rows = Rows::default();
+        let mut depth = 0;
+        for slab in slabs {
+            depth += slab.dims[2];
+            rows.append(slab.rows);
+        }
+        Self { dims: [width, height, depth], placement, rows }
     }
 
     /// The runs of a row, `[start, end)` along x.

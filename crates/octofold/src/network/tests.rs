@@ -11,7 +11,7 @@ use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
 /// A solid by its voxels.
-fn solid(dims: [usize; 3], inside: impl Fn([usize; 3]) -> bool) -> Spans {
+pub(super) fn solid(dims: [usize; 3], inside: impl Fn([usize; 3]) -> bool) -> Spans {
     let mut runs = Vec::new();
     for z in 0..dims[2] {
         for y in 0..dims[1] {
@@ -24,7 +24,7 @@ fn solid(dims: [usize; 3], inside: impl Fn([usize; 3]) -> bool) -> Spans {
 }
 
 /// Noise of some coarseness, so that there are walls, cavities and wide planes.
-fn noise(dims: [usize; 3], seed: u64, coarse: usize, dense: u64) -> Spans {
+pub(super) fn noise(dims: [usize; 3], seed: u64, coarse: usize, dense: u64) -> Spans {
     solid(dims, |at| {
         let [x, y, z] = at.map(|i| (i / coarse) as u64);
         let mut h = seed ^ (x << 40 | y << 20 | z);

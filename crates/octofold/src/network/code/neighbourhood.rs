@@ -3,6 +3,8 @@
 //! Slices are kept as runs; what a prediction looks at is cut out of them as words of 64 voxels, so
 //! that the work is that of the runs and never that of the voxels between them.
 
+use crate::rows::Rows;
+
 /// Slices that are kept: the one in the making and those before it.
 pub const SLICES: usize = 6;
 
@@ -40,6 +42,18 @@ impl Slice {
     pub fn clear(&mut self) {
         self.ends.clear();
         self.runs.clear();
+    }
+
+    /// Adds all rows to a table.
+    pub fn append_to(&self, rows: &mut Rows<[u32; 2]>) {
+        let mut start = 0;
+        for (y, &end) in self.ends.iter().enumerate() {
+            if start < end {
+                rows.extend(&self.runs[start..end]);
+                rows.end_row(y as u32);
+            }
+            start = end;
+        }
     }
 
     /// All runs.

@@ -7,7 +7,7 @@
 //! that of the surface. Encoder and decoder take the same way. Source: specification (D3.3).
 
 use super::neighbourhood::{Cursor, MARGIN, SERVED, SLICES, Slice, word};
-use super::range::{Chance, Coder};
+use super::range::{Chance, Coder, Number};
 
 /// What tells the chance of a voxel from those before it.
 pub trait Model {
@@ -50,25 +50,31 @@ fn near(words: &[u64; MOST_ROWS], own: u64, at: u32) -> u32 {
 pub struct Walk {
     width: u32,
     height: u32,
+    most: u64,
     /// The slice in the making, then those before it.
     slices: [Slice; SLICES],
     births: Births,
 }
 
 impl Walk {
-    /// Before the first slice of `width` by `height` voxels.
+    /// Before the first slice of `width` by `height` voxels, which may have any number of runs.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, slices: Default::default(), births: Births::default() }
+        Self { width, height, most: u64::MAX, slices: Default::default(), births: Births::default() }
     }
 
-    /// Codes the next slice and returns it; `source` tells an encoder its rows.
+    /// The same for slices of at most so many runs.
+    pub fn with_most(self, most: u64) -> Self {
+        Self { most, ..self }
+    }
+
+    /// Codes the next slice and returns it; `source` tells an encoder its rows. `None` where bytes ran
+    /// out or there are too many runs.
     pub fn slice<'s, M: Model>(
         &mut self,
         model: &mut M,
         coder: &mut impl Coder,
         mut source: impl FnMut(u32) -> &'s [[u32; 2]],
-        mut go_on: impl FnMut(&Slice) -> bool,
-    ) -> &Slice {
+    ) -> Option<&Slice> {
         self.slices.rotate_right(1);
         self.slices[0].clear();
         self.births.next_slice();
@@ -77,11 +83,11 @@ impl Walk {
             row.clear();
             self.row(model, coder, y, source(y), &mut row);
             self.slices[0].push(&row);
-            if !go_on(&self.slices[0]) {
-                break;
+            if coder.is_overrun() || self.slices[0].runs().len() as u64 > self.most {
+                return None;
             }
         }
-        &self.slices[0]
+        Some(&self.slices[0])
     }
 
     /// Codes a row into `own`.
@@ -199,10 +205,8 @@ struct Births {
     happens: [Chance; 16],
     /// Whether it is nearer to the stretch's end.
     behind: [Chance; 2],
-    /// How many bits its distance has.
-    length: [Chance; 32],
-    /// The bit behind the leading one.
-    second: [Chance; 32],
+    /// How far from the nearer end it is.
+    distance: Number,
     counts: [u32; 2],
     last_row: Option<u32>,
 }
@@ -210,10 +214,9 @@ struct Births {
 impl Default for Births {
     fn default() -> Self {
         Self {
-            happens: [Chance::EVEN; 16],
+            happens: [Chance::RARE; 16],
             behind: [Chance::EVEN; 2],
-            length: [Chance::EVEN; 32],
-            second: [Chance::EVEN; 32],
+            distance: Number::default(),
             counts: [0; 2],
             last_row: None,
         }
@@ -241,35 +244,10 @@ impl Births {
         // Distance from the nearer end.
         let half = last / 2;
         let before = born.wrapping_sub(start);
-        let behind = self.behind[usize::from(value)].code(coder, before > half);
+        let behind = last > 0 && self.behind[usize::from(value)].code(coder, before > half);
         let most = if behind { last - half - 1 } else { half };
         let distance = if behind { last.wrapping_sub(before) } else { before };
-        let distance = self.number(coder, distance, most);
+        let distance = self.distance.code(coder, distance, most);
         Some(if behind { end - 1 - distance } else { start + distance })
-    }
-
-    /// Codes a number up to `most`.
-    fn number(&mut self, coder: &mut impl Coder, number: u32, most: u32) -> u32 {
-        let number = u64::from(number) + 1;
-        let bits = 63 - number.leading_zeros();
-        let mut length = 0;
-        while (2u64 << length) <= u64::from(most) + 1 {
-            if !self.length[length].code(coder, bits as usize > length) {
-                break;
-            }
-            length += 1;
-        }
-        let mut value = 1u64;
-        for bit in (0..length).rev() {
-            let told = number >> bit & 1 == 1;
-            let one = if bit + 1 == length {
-                self.second[length].code(coder, told)
-            } else {
-                coder.code(1 << 31, told)
-            };
-            value = value << 1 | u64::from(one);
-        }
-        // Only a damaged stream says more.
-        ((value - 1) as u32).min(most)
     }
 }
