@@ -26,6 +26,7 @@ pub mod npy;
 pub mod nrrd;
 pub mod obj;
 pub mod off;
+pub mod ofn;
 pub mod ply;
 pub mod png;
 pub mod raw;

@@ -2,7 +2,7 @@
 
 use crate::raw::RawLayout;
 use crate::{Format, ReadError, Source, WriteError, save};
-use crate::{binvox, format::Kind, nifti, npy, nrrd, raw, vox};
+use crate::{binvox, format::Kind, nifti, npy, nrrd, ofn, raw, vox};
 use octofold::{Run, Volume};
 use std::path::{Path, PathBuf};
 
@@ -26,6 +26,7 @@ pub fn read_volume(
             Format::Npy => npy::read(source, run),
             Format::Binvox => binvox::read(source, run),
             Format::Vox => vox::read(source, run),
+            Format::Ofn => ofn::read(source, run),
             Format::Raw => match layout {
                 Some(layout) => raw::read(source, layout, run),
                 None => {
@@ -78,6 +79,7 @@ pub fn write_volume(
         Format::Raw => raw::write,
         Format::Binvox => binvox::write,
         Format::Vox => vox::write,
+        Format::Ofn => ofn::write,
         _ => {
             let fact = "it holds meshes: make a surface of the volume first".into();
             return Err(WriteError::Unfit { format: format.name(), fact });

@@ -4,9 +4,15 @@
 //! volume.
 
 use crate::attributes::LengthUnit;
+use crate::par;
 use crate::rows::Rows;
-use crate::volume::{Block, Placement, Region, ScalarType, Volume, VolumeError};
+use crate::run::Run;
+use crate::volume::{Block, Placement, Region, Scalar, ScalarType, Volume, VolumeError};
+use crate::with_samples;
 use std::borrow::Cow;
+
+/// Slices that one unit of work takes.
+const BLOCK: usize = 8;
 
 /// A set of cells of a grid, as maximal runs along x.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +57,22 @@ impl Spans {
         Self { dims, placement, rows }
     }
 
+    /// The samples of a volume that are `iso` or more; those that are 1, of a volume of runs.
+    pub fn at_least(volume: &dyn Volume, iso: f64, run: &Run) -> Result<Self, VolumeError> {
+        let dims = volume.dims();
+        run.stage("solid");
+        let parts = par::blocks(run, dims[2], BLOCK, |slices| {
+            let mut rows = Rows::default();
+            for z in slices {
+                add_slice(&mut rows, volume, iso, z)?;
+                rows.end_slice();
+            }
+            Ok(rows)
+        })?;
+        let parts = parts.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
+        Ok(Self::from_rows(dims, volume.placement(), parts))
+    }
+
     /// Stacks solids of one width and height, the first lowest.
     pub fn stack(
         [width, height]: [usize; 2],
@@ -64,6 +86,28 @@ impl Spans {
             rows.append(slab.rows);
         }
         Self { dims: [width, height, depth], placement, rows }
+    }
+
+    /// The part of the set in a region of its grid; the placement stays that of the whole.
+    pub fn cropped(&self, region: Region) -> Self {
+        let mut rows = Rows::default();
+        let [x0, x1] = [region.start[0], region.end[0]].map(|x| x as u32);
+        for z in region.start[2]..region.end[2] {
+            for (y, runs) in self.rows.of_slice(z, region.start[1] as u32) {
+                if y as usize >= region.end[1] {
+                    break;
+                }
+                for run in runs {
+                    let [start, end] = run.map(|x| x.clamp(x0, x1) - x0);
+                    if start < end {
+                        rows.push([start, end]);
+                    }
+                }
+                rows.end_row(y - region.start[1] as u32);
+            }
+            rows.end_slice();
+        }
+        Self { dims: region.dims(), placement: self.placement, rows }
     }
 
     /// The runs of a row, `[start, end)` along x.
@@ -104,6 +148,38 @@ impl Spans {
         self.placement.unit = unit;
         self
     }
+}
+
+/// Adds the rows of a slice of a volume.
+fn add_slice(
+    rows: &mut Rows<[u32; 2]>,
+    volume: &dyn Volume,
+    iso: f64,
+    z: usize,
+) -> Result<(), VolumeError> {
+    let [width, height, _] = volume.dims();
+    if volume.runs(0, z).is_some() {
+        for y in 0..height {
+            rows.extend(volume.runs(y, z).unwrap_or_default());
+            rows.end_row(y as u32);
+        }
+        return Ok(());
+    }
+    let slice = Region { start: [0, 0, z], end: [width, height, z + 1] };
+    with_samples!(volume.read(slice)?, samples => {
+        for (y, row) in samples.chunks_exact(width.max(1)).enumerate() {
+            let mut x = 0;
+            for part in row.chunk_by(|a, b| (a.to_f64() >= iso) == (b.to_f64() >= iso)) {
+                let end = x + part.len() as u32;
+                if part[0].to_f64() >= iso {
+                    rows.push([x, end]);
+                }
+                x = end;
+            }
+            rows.end_row(y as u32);
+        }
+    });
+    Ok(())
 }
 
 impl Volume for Spans {
@@ -164,6 +240,10 @@ impl Volume for Spans {
         Some([f64::from(u8::from(full)), f64::from(u8::from(!empty))])
     }
 
+    fn runs(&self, y: usize, z: usize) -> Option<&[[u32; 2]]> {
+        Some(self.row(y, z))
+    }
+
     fn is_binary(&self) -> bool {
         true
     }
@@ -176,6 +256,7 @@ impl Volume for Spans {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::volume::DenseVolume;
     use proptest::prelude::*;
 
     proptest! {
@@ -200,6 +281,11 @@ mod tests {
             let count = runs.len() as u64;
             let spans = Spans::from_runs(dims, Placement::default(), runs);
             prop_assert_eq!(spans.count(), count);
+            let gray = |i: usize| cells[i / dims[0] / dims[1] * 100 + i / dims[0] % dims[1] * 20 + i % dims[0]];
+            let gray = (0..dims[0] * dims[1] * dims[2]).map(|i| if gray(i) { 7.5f32 } else { f32::NAN });
+            let gray = DenseVolume::new(dims, gray.collect(), Placement::default()).unwrap();
+            prop_assert_eq!(&Spans::at_least(&gray, 7.5, &Run::default()).unwrap(), &spans);
+            prop_assert_eq!(&Spans::at_least(&spans, 0.5, &Run::default()).unwrap(), &spans);
             let start = [corner.0 % dims[0], corner.1 % dims[1], corner.2 % dims[2]];
             let region = Region { start, end: dims };
             let block = spans.read(region).unwrap();
