@@ -6,6 +6,7 @@ mod completions;
 mod convert;
 mod demo;
 mod info;
+mod net;
 mod paper;
 mod repair;
 mod run;
@@ -35,6 +36,8 @@ pub enum Command {
     Surface(surface::Args),
     /// Turn any polygons into a closed mesh that does not meet itself
     Repair(repair::Args),
+    /// Solids as linked surface voxels: small files that can still be computed with
+    Net(net::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
     /// Repeat a paper's experiments beside its published figures
@@ -57,6 +60,7 @@ impl Command {
             Self::Voxelize(_) => "voxelize",
             Self::Surface(_) => "surface",
             Self::Repair(_) => "repair",
+            Self::Net(_) => "net",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
             Self::Run(_) => "run",
@@ -76,6 +80,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Voxelize(args) => args.run(job),
         Command::Surface(args) => args.run(job),
         Command::Repair(args) => args.run(job),
+        Command::Net(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),

@@ -41,4 +41,4 @@ pub use meshes::{read_mesh, write_mesh};
 pub use raw::RawLayout;
 pub use sink::{Sink, save};
 pub use source::{Bytes, Files, NoFiles, Source};
-pub use volumes::{read_volume, write_volume};
+pub use volumes::{read_volume, write_solid, write_volume};

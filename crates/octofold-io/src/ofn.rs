@@ -323,9 +323,13 @@ impl File {
 
     /// The part of the solid in a region of its box; of bricks only those in the region are read.
     pub fn region(&self, region: Region, run: &Run) -> Result<Spans, ReadError> {
-        let mut part = match &self.body {
+        match &self.body {
             Body::Bricks(index, starts) => {
-                index.region(region, |i| self.brick(index, starts, i).map_err(Failed), run)?
+                let stream = |i| self.brick(index, starts, i).map_err(Failed);
+                let mut part = index.region(region, stream, run)?;
+                part.placement = self.placement;
+                part.placement.origin = self.placement.place(region.start.map(|i| i as f64));
+                Ok(part)
             }
             Body::Stream(_) => {
                 let mut slabs = self.slabs(run)?;
@@ -335,12 +339,10 @@ impl File {
                 {
                     all.push(slab);
                 }
-                Spans::stack([self.dims[0], self.dims[1]], self.placement, all).cropped(region)
+                let lower = Spans::stack([self.dims[0], self.dims[1]], self.placement, all);
+                Ok(lower.framed(region.start.map(|i| i as i64), region.dims()))
             }
-        };
-        part.placement = self.placement;
-        part.placement.origin = self.placement.place(region.start.map(|i| i as f64));
-        Ok(part)
+        }
     }
 
     /// The solid, slab after slab.

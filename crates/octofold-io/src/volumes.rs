@@ -1,7 +1,7 @@
 //! The front door of volumes: finds the format, the reader or writer, and names the file in errors.
 
 use crate::raw::RawLayout;
-use crate::{Format, ReadError, Source, WriteError, save};
+use crate::{Format, ReadError, Sink, Source, WriteError, save};
 use crate::{binvox, format::Kind, nifti, npy, nrrd, ofn, raw, vox};
 use octofold::{Run, Volume};
 use std::path::{Path, PathBuf};
@@ -85,7 +85,24 @@ pub fn write_volume(
             return Err(WriteError::Unfit { format: format.name(), fact });
         }
     };
-    save(path, |sink| write(volume, sink, run)).map_err(|error| match error {
+    saved(path, |sink| write(volume, sink, run))
+}
+
+/// Writes a binary volume as `.ofn`.
+pub fn write_solid(
+    volume: &dyn Volume,
+    path: &Path,
+    layout: ofn::Layout,
+    run: &Run,
+) -> Result<(), WriteError> {
+    saved(path, |sink| ofn::write_as(volume, layout, sink, run))
+}
+
+fn saved(
+    path: &Path,
+    write: impl FnOnce(&mut Sink<'_>) -> Result<(), WriteError>,
+) -> Result<(), WriteError> {
+    save(path, write).map_err(|error| match error {
         WriteError::Io { path: unnamed, source } if unnamed == PathBuf::new() => {
             WriteError::Io { path: path.to_path_buf(), source }
         }

@@ -88,26 +88,47 @@ impl Spans {
         Self { dims: [width, height, depth], placement, rows }
     }
 
-    /// The part of the set in a region of its grid; the placement stays that of the whole.
-    pub fn cropped(&self, region: Region) -> Self {
+    /// The part of the set in a box of `dims` cells from `start` on, which may lie beyond the grid; the
+    /// placement is that of the box.
+    pub fn framed(&self, start: [i64; 3], dims: [usize; 3]) -> Self {
         let mut rows = Rows::default();
-        let [x0, x1] = [region.start[0], region.end[0]].map(|x| x as u32);
-        for z in region.start[2]..region.end[2] {
-            for (y, runs) in self.rows.of_slice(z, region.start[1] as u32) {
-                if y as usize >= region.end[1] {
+        let [x0, y0, z0] = start;
+        let width = dims[0] as i64;
+        for z in z0..z0 + dims[2] as i64 {
+            let inside = usize::try_from(z).ok().filter(|&z| z < self.dims[2]);
+            for (y, runs) in inside.into_iter().flat_map(|z| self.rows.of_slice(z, y0.max(0) as u32)) {
+                let y = i64::from(y) - y0;
+                if y >= dims[1] as i64 {
                     break;
                 }
                 for run in runs {
-                    let [start, end] = run.map(|x| x.clamp(x0, x1) - x0);
+                    let [start, end] = run.map(|x| (i64::from(x) - x0).clamp(0, width) as u32);
                     if start < end {
                         rows.push([start, end]);
                     }
                 }
-                rows.end_row(y - region.start[1] as u32);
+                rows.end_row(y as u32);
             }
             rows.end_slice();
         }
-        Self { dims: region.dims(), placement: self.placement, rows }
+        let mut placement = self.placement;
+        placement.origin = self.placement.place(start.map(|i| i as f64));
+        Self { dims, placement, rows }
+    }
+
+    /// The least box that holds the set, as its low and high corners; `None` where it is empty.
+    pub fn extent(&self) -> Option<Region> {
+        let mut region: Option<Region> = None;
+        self.for_each_row(|[y, z], runs| {
+            let start = [runs[0][0], y, z].map(|i| i as usize);
+            let end = [runs[runs.len() - 1][1], y + 1, z + 1].map(|i| i as usize);
+            let known = region.unwrap_or(Region { start, end });
+            region = Some(Region {
+                start: std::array::from_fn(|a| start[a].min(known.start[a])),
+                end: std::array::from_fn(|a| end[a].max(known.end[a])),
+            });
+        });
+        region
     }
 
     /// The runs of a row, `[start, end)` along x.

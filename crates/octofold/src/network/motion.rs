@@ -7,7 +7,7 @@
 //! diagonal of a node. Only such a band is looked up; between its parts rows do not change. Source:
 //! specification (A7).
 
-use super::{Network, Stretch};
+use super::{MOST_VOXELS, Network, NetworkError, Stretch};
 use crate::par;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
@@ -20,6 +20,12 @@ const ONE: f64 = 4_294_967_296.0;
 
 /// What rounding to single parts of [`ONE`] and arithmetic in double precision may add to a distance.
 const SLACK: f64 = 1e-3;
+
+/// What differs less from a whole number of voxels is one.
+const SNAP: f64 = 1e-9;
+
+/// How many voxels away a result may lie.
+const FAR: f64 = 268_435_456.0;
 
 /// Stretches that one unit of work takes.
 const BLOCK: usize = 4096;
@@ -95,6 +101,58 @@ impl Preimage {
         let [x, y, z] = self.columns.map(|c| DVec3::from(c.map(|x| x as f64 / ONE)));
         (DMat3::from_cols(x, y, z), DVec3::from(self.start.map(|x| x as f64 / ONE)) - 0.5)
     }
+}
+
+/// A motion of the world, that takes `p` to `linear * (p - about) + about + shift`.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Motion {
+    /// Columns of the linear part.
+    pub linear: [[f64; 3]; 3],
+    /// What the linear part leaves in its place; the middle of the solid's box where it is not told.
+    #[serde(default)]
+    pub about: Option<[f64; 3]>,
+    /// What is added.
+    #[serde(default)]
+    pub shift: [f64; 3],
+}
+
+/// Moves a solid in the world. The result's grid is as large as it must be and has the axes of the
+/// solid's, whole voxels away from it.
+pub fn transformed(solid: &Spans, motion: &Motion, run: &Run) -> Result<Spans, MotionError> {
+    let Some(extent) = solid.extent() else { return Ok(solid.clone()) };
+    let axes = DMat3::from_cols_array_2d(&solid.placement.axes);
+    let linear = axes.inverse() * DMat3::from_cols_array_2d(&motion.linear) * axes;
+    let middle = [0, 1, 2].map(|a| (extent.start[a] + extent.end[a] - 1) as f64 / 2.0);
+    let about = motion.about.unwrap_or_else(|| solid.placement.place(middle));
+    let about = axes.inverse() * (DVec3::from(about) - DVec3::from(solid.placement.origin));
+    // Where axes are turned by right angles this keeps whole steps whole.
+    let clean = |v: f64| if (v - v.round()).abs() < SNAP { v.round() } else { v };
+    let linear = DMat3::from_cols_array(&linear.to_cols_array().map(clean));
+    let shift = axes.inverse() * DVec3::from(motion.shift) + about - linear * about;
+    let shift = DVec3::from(shift.to_array().map(clean));
+    let corners = (0..8).map(|corner| {
+        let at = [0, 1, 2].map(|a| match corner >> a & 1 {
+            0 => extent.start[a] as f64 - 0.5,
+            _ => extent.end[a] as f64 - 0.5,
+        });
+        linear * DVec3::from(at) + shift
+    });
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = corners.fold(none, |(low, high), at| (low.min(at), high.max(at)));
+    let (low, high) = ((low - SNAP).ceil(), (high + SNAP).floor());
+    let size = high - low + 1.0;
+    if !size.is_finite() || size.max_element() > MOST_VOXELS as f64 || low.abs().max_element() > FAR {
+        return Err(MotionError::TooFar);
+    }
+    let dims = size.to_array().map(|n| n.max(1.0) as usize);
+    let mut placement = solid.placement;
+    placement.origin = solid.placement.place(low.to_array());
+    let preimage = Preimage::new(linear, shift - low)?;
+    let network = Network::new(solid, run).map_err(|error| match error {
+        NetworkError::TooLong { .. } => MotionError::TooFar,
+        NetworkError::Cancelled(cancelled) => cancelled.into(),
+    })?;
+    moved(&network, &preimage, dims, placement, run)
 }
 
 /// Moves a solid into a grid of `dims` voxels; what leaves the grid is cut off.
