@@ -22,7 +22,10 @@ const TABLE: [(&str, &[&str]); 21] = [
     ("pipeline", ALL),
     ("polygon", &[]),
     ("repair", &["bits", "lattice", "measure", "mesh", "solid", "surface", "voxelize"]),
-    ("report", &["histogram", "measure", "mesh", "network", "pipeline", "repair", "surface", "volume"]),
+    (
+        "report",
+        &["histogram", "measure", "mesh", "network", "pipeline", "repair", "surface", "volume"],
+    ),
     ("rows", &[]),
     ("samples", &["mesh", "soup", "surface", "volume"]),
     ("solid", &["measure", "mesh", "soup"]),

@@ -515,3 +515,189 @@ fn crc32c(bytes: &[u8]) -> u32 {
     };
     !bytes.iter().fold(u32::MAX, |sum, &b| sum >> 8 ^ TABLE[(sum as u8 ^ b) as usize])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use octofold::volume::DenseVolume;
+    use octofold::with_samples;
+
+    const LAYOUTS: [Layout; 3] = [
+        Layout { mode: Mode::Fast, bricks: false },
+        Layout { mode: Mode::Archive, bricks: false },
+        Layout { mode: Mode::Fast, bricks: true },
+    ];
+
+    /// A ball with a hole, as dense samples.
+    fn ball(dims: [usize; 3], placement: Placement) -> DenseVolume<u8> {
+        let mut samples = Vec::new();
+        for z in 0..dims[2] {
+            for y in 0..dims[1] {
+                for x in 0..dims[0] {
+                    let off = [x, y, z].map(|i| (2 * i) as i64 - dims[2] as i64);
+                    let inside =
+                        off.iter().map(|v| v * v).sum::<i64>() < (dims[2] * dims[2]) as i64;
+                    samples.push(u8::from(inside && (x > 5 || y != 7)));
+                }
+            }
+        }
+        let mut volume = DenseVolume::new(dims, samples, placement).unwrap();
+        volume.binary = true;
+        volume
+    }
+
+    fn written(volume: &dyn Volume, layout: Layout) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        write_as(volume, layout, &mut Sink::new(&mut bytes, "x"), &Run::default()).unwrap();
+        bytes
+    }
+
+    fn open(bytes: &[u8]) -> Result<File, ReadError> {
+        File::open(&Source::from_bytes("x.ofn", bytes), &Run::default())
+    }
+
+    fn samples(volume: &dyn Volume, region: Region) -> Vec<f64> {
+        let block = volume.read(region).unwrap();
+        with_samples!(block, s => s.iter().map(|v| f64::from(*v)).collect())
+    }
+
+    #[test]
+    fn every_layout_keeps_everything() {
+        let turned = Placement {
+            axes: [[0.0, 2.0, 0.0], [-2.0, 0.0, 0.0], [0.0, 0.0, 3.5]],
+            origin: [1.0, -2.0, 0.25],
+            unit: Some(LengthUnit::Metre),
+        };
+        let upright = Placement { origin: [0.1; 3], ..Placement::spacing([0.5; 3]) };
+        let in_feet = Placement { unit: Some(LengthUnit::Foot), ..Placement::default() };
+        for (dims, placement) in [
+            ([70, 66, 65], turned),
+            ([67, 67, 67], upright),
+            ([130, 3, 9], in_feet),
+            ([1, 1, 1], Placement::default()),
+        ] {
+            let volume = ball(dims, placement);
+            for layout in LAYOUTS {
+                let bytes = written(&volume, layout);
+                let file = open(&bytes).unwrap();
+                assert_eq!(
+                    (file.dims(), file.layout(), file.size()),
+                    (dims, layout, bytes.len() as u64)
+                );
+                assert_eq!(file.placement(), placement);
+                let run = Run::default();
+                let solid = file.solid(&run).unwrap();
+                assert_eq!(solid.placement, placement);
+                assert_eq!(samples(&solid, Region::all(dims)), samples(&volume, Region::all(dims)));
+                let start = dims.map(|n| n / 3);
+                let region = Region { start, end: dims.map(|n| (n / 3 + 20).min(n)) };
+                let part = file.region(region, &run).unwrap();
+                let all = Region::all(region.dims());
+                assert_eq!(samples(&part, all), samples(&volume, region));
+                assert_eq!(
+                    part.placement.place([0.0; 3]),
+                    placement.place(start.map(|i| i as f64))
+                );
+                for at in [[0; 3], start, dims.map(|n| n - 1), dims] {
+                    let expected = solid.contains(at.map(|i| i as u32));
+                    assert_eq!(file.contains(at, &run).unwrap(), expected, "{at:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn files_are_pinned_byte_for_byte() {
+        let upright = Placement { origin: [0.0, 1.0, 0.0], ..Placement::spacing([0.5; 3]) };
+        let hex = |layout| -> String {
+            let bytes = written(&ball([9, 8, 8], upright), layout);
+            bytes.iter().map(|b| format!("{b:02x}")).collect()
+        };
+        assert_eq!(LAYOUTS.map(hex), ["", "", ""]);
+    }
+
+    #[test]
+    fn damage_is_an_error_even_where_sums_are_mended() {
+        let volume = ball([70, 20, 66], Placement::spacing([2.0; 3]));
+        let mut state = 0x2545_f491_4f6c_dd1du64;
+        let mut random = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state as usize
+        };
+        for layout in LAYOUTS {
+            let bytes = written(&volume, layout);
+            let sums = sums(&bytes);
+            for round in 0..400 {
+                let mut damaged = bytes.clone();
+                for _ in 0..1 + random() % 3 {
+                    // Headers more often than streams.
+                    let end = if round % 2 == 0 { 60 } else { bytes.len() };
+                    let at = random() % end.min(bytes.len());
+                    damaged[at] = random() as u8;
+                }
+                let read = |bytes: &[u8]| {
+                    let run = Run::default();
+                    let file = open(bytes)?;
+                    // A damaged count may ask for more work than a test should do.
+                    let slabs = file.slabs(&run)?.next_slab(&run)?;
+                    file.contains([3, 4, 5], &run)?;
+                    Ok::<_, ReadError>(slabs)
+                };
+                if damaged != bytes && !layout.bricks {
+                    assert!(read(&damaged).is_err(), "a sum must tell");
+                }
+                for (range, at) in &sums {
+                    let sum = crc32c(&damaged[range.clone()]);
+                    damaged[*at..at + SUM].copy_from_slice(&sum.to_le_bytes());
+                }
+                let _ = read(&damaged);
+            }
+        }
+    }
+
+    /// Where sums stand, and of which bytes.
+    fn sums(bytes: &[u8]) -> Vec<(std::ops::Range<usize>, usize)> {
+        match &open(bytes).unwrap().body {
+            Body::Stream(range) => vec![(0..range.end, range.end)],
+            Body::Bricks(index, starts) => {
+                let head = starts[0] - SUM;
+                let streams = starts
+                    .iter()
+                    .zip(index.lengths())
+                    .map(|(&start, &length)| (start + SUM..start + SUM + length as usize, start));
+                std::iter::once((0..head, head)).chain(streams).collect()
+            }
+        }
+    }
+
+    #[test]
+    fn absurd_headers_are_refused() {
+        let summed = |mut bytes: Vec<u8>| {
+            put_sum(&mut bytes);
+            bytes
+        };
+        let head = |flags: u8, rest: &[u8]| summed([MAGIC, &[flags], rest].concat());
+        for (bytes, says) in [
+            (b"OFN\x02....".to_vec(), "version 2"),
+            (b"VOX ".to_vec(), "does not begin"),
+            (head(CUBE, &[0]), "no voxels"),
+            (head(CUBE, &[0x81, 0x80, 0x04]), "65537 voxels"),
+            (head(CUBE, &[255; 12]), "does not end"),
+            (head(CUBE | 7 << 5, &[1, 1]), "no such unit"),
+            (head(CUBE, &[1, 255, 255, 255, 255, 15]), "runs of voxels"),
+            (head(CUBE | PLACED, &[1, 1]), "cut off"),
+            (head(CUBE | BRICKS, &[128, 128, 4, 1, 0]), "damaged"),
+            (head(CUBE | BRICKS, &[1, 1, 100]), "cut off"),
+        ] {
+            let error = open(&bytes).err().unwrap().to_string();
+            assert!(error.contains(says), "{error}");
+        }
+        // 65536 voxels along each axis, and nothing in them.
+        let empty = open(&head(CUBE, &[128, 128, 4, 0])).unwrap();
+        assert_eq!(empty.dims(), [1 << 16; 3]);
+        assert!(open(&summed(MAGIC.to_vec())).is_err());
+        assert_eq!(crc32c(b"123456789"), 0xE306_9283);
+    }
+}

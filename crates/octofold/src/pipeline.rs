@@ -259,11 +259,7 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
 }
 
 /// What of a volume is inside.
-pub fn solid(
-    volume: &dyn Volume,
-    options: &SolidOptions,
-    run: &Run,
-) -> Result<Spans, StepError> {
+pub fn solid(volume: &dyn Volume, options: &SolidOptions, run: &Run) -> Result<Spans, StepError> {
     let options = SurfaceOptions { iso: options.iso, ..SurfaceOptions::default() };
     let iso = with_iso(volume, &options, run)?.iso.unwrap_or(0.5);
     Ok(Spans::at_least(volume, iso, run)?)

@@ -96,7 +96,9 @@ impl Spans {
         let width = dims[0] as i64;
         for z in z0..z0 + dims[2] as i64 {
             let inside = usize::try_from(z).ok().filter(|&z| z < self.dims[2]);
-            for (y, runs) in inside.into_iter().flat_map(|z| self.rows.of_slice(z, y0.max(0) as u32)) {
+            for (y, runs) in
+                inside.into_iter().flat_map(|z| self.rows.of_slice(z, y0.max(0) as u32))
+            {
                 let y = i64::from(y) - y0;
                 if y >= dims[1] as i64 {
                     break;

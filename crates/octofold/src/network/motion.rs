@@ -141,7 +141,8 @@ pub fn transformed(solid: &Spans, motion: &Motion, run: &Run) -> Result<Spans, M
     let (low, high) = corners.fold(none, |(low, high), at| (low.min(at), high.max(at)));
     let (low, high) = ((low - SNAP).ceil(), (high + SNAP).floor());
     let size = high - low + 1.0;
-    if !size.is_finite() || size.max_element() > MOST_VOXELS as f64 || low.abs().max_element() > FAR {
+    if !size.is_finite() || size.max_element() > MOST_VOXELS as f64 || low.abs().max_element() > FAR
+    {
         return Err(MotionError::TooFar);
     }
     let dims = size.to_array().map(|n| n.max(1.0) as usize);

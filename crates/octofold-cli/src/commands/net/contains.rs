@@ -37,11 +37,8 @@ impl Args {
         let mut answers = Vec::new();
         for place in self.places.chunks_exact(3) {
             let place = [place[0], place[1], place[2]];
-            let at = if self.world {
-                to_voxels.place(place).map(|v| (v + 0.5).floor())
-            } else {
-                place
-            };
+            let at =
+                if self.world { to_voxels.place(place).map(|v| (v + 0.5).floor()) } else { place };
             ensure!(
                 at.iter().all(|v| v.fract() == 0.0 && v.abs() < 1e15),
                 "{place:?} names no voxel: whole numbers are asked for, or --world"
@@ -61,7 +58,10 @@ impl Args {
             job.answer(&lines.collect::<Vec<_>>().join("\n"))?;
         }
         let all = answers.iter().all(|a| a.filled);
-        job.finish(Account { answer: Some(Answer::Voxels { voxels: answers }), ..Account::default() })?;
+        job.finish(Account {
+            answer: Some(Answer::Voxels { voxels: answers }),
+            ..Account::default()
+        })?;
         Ok(if all { Outcome::Holds } else { Outcome::DoesNotHold })
     }
 }

@@ -42,8 +42,7 @@ impl Args {
         let read = || {
             let whole = region == Region::all(file.dims());
             job.run.stage("decode");
-            let solid =
-                if whole { file.solid(&job.run)? } else { file.region(region, &job.run)? };
+            let solid = if whole { file.solid(&job.run)? } else { file.region(region, &job.run)? };
             Ok(Shape::Volume(Arc::new(solid)))
         };
         let steps = match output.kind() {

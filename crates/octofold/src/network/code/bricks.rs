@@ -191,7 +191,8 @@ impl Bricks {
                         Content::Empty => {}
                         Content::Full => full().for_each(|part| layer.put(corner, part)),
                         Content::Stream(number) => {
-                            let at = needed.binary_search(number).map_err(|_| CodeError::Damaged)?;
+                            let at =
+                                needed.binary_search(number).map_err(|_| CodeError::Damaged)?;
                             parts[at].iter().for_each(|&part| layer.put(corner, part));
                         }
                     }
@@ -293,9 +294,13 @@ fn cut(solid: &Spans, row: usize, layer: usize) -> Vec<Result<Vec<Part>, Content
         for y in within(row, 1) {
             for &[start, end] in solid.row(y, z) {
                 let [start, end] = [start as usize, end as usize];
-                for (i, brick) in bricks.iter_mut().enumerate().take(end.div_ceil(SIDE)).skip(start / SIDE) {
+                for (i, brick) in
+                    bricks.iter_mut().enumerate().take(end.div_ceil(SIDE)).skip(start / SIDE)
+                {
                     let [from, to] = [start, end].map(|x| x.clamp(i * SIDE, (i + 1) * SIDE));
-                    brick.push([z % SIDE, y % SIDE, from - i * SIDE, to - i * SIDE].map(|i| i as u8));
+                    brick.push(
+                        [z % SIDE, y % SIDE, from - i * SIDE, to - i * SIDE].map(|i| i as u8),
+                    );
                 }
             }
         }

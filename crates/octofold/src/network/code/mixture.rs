@@ -137,19 +137,13 @@ fn places(words: &[u64], own: u64, at: u32, near: u32) -> [usize; CONTEXTS] {
     let bit = |r: usize| words[r] >> at & 1;
     let bits = |r: usize, left: u32, count: u32| words[r] >> (at - left) & ((1 << count) - 1);
     let fine = far([own, words[Y1], words[Z1], words[Z1_UP2]], at) << 16 | near;
-    let wide = [
-        own >> (at - 4) & 1,
-        bits(Y1, 3, 7),
-        bits(Y2, 2, 5),
-        bits(Z2, 1, 3),
-        bits(Z1_UP2, 1, 3),
-    ];
+    let wide =
+        [own >> (at - 4) & 1, bits(Y1, 3, 7), bits(Y2, 2, 5), bits(Z2, 1, 3), bits(Z1_UP2, 1, 3)];
     let single = [Y3, Z1_Y2, Z2_Y1, Z2_UP1, Z3].into_iter().fold(0, |all, r| all << 1 | bit(r));
     let wide = wide.into_iter().fold(single, |all, part| all << 7 | part);
     let [y1, y2, y3, y4, y5] = [Y1, Y2, Y3, Y4, Y5].map(|r| change(words[r], at));
     let [z1, z2, z3, z4, z5] = [Z1, Z2, Z3, Z4, Z5].map(|r| change(words[r], at));
-    let [up, down, above, behind] =
-        [Z1_UP1, Z1_Y1, Z1_UP2, Z2_UP1].map(|r| change(words[r], at));
+    let [up, down, above, behind] = [Z1_UP1, Z1_Y1, Z1_UP2, Z2_UP1].map(|r| change(words[r], at));
     let columns = [Y1, Y2, Y3, Y4, Y5, Z1, Z2, Z3, Z4, Z5];
     let columns = columns.into_iter().fold(0, |all, r| all << 1 | bit(r));
     let current = own >> (at - 3) & 7;

@@ -137,7 +137,8 @@ mod tests {
             let random = |i: u64| (seed * 31 + i + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 20;
             let words: Vec<u64> = (0..26).map(random).collect();
             let (own, at) = (random(40), 12);
-            let bits = |word: u64, reach: u32| (word >> (at - reach)) as u32 & ((2 << (2 * reach)) - 1);
+            let bits =
+                |word: u64, reach: u32| (word >> (at - reach)) as u32 & ((2 << (2 * reach)) - 1);
             let mut near = (own >> (at - 2)) as u32 & 3;
             let mut length = 2;
             for (word, (.., reach)) in words.iter().zip(NEAR) {

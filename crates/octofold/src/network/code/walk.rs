@@ -59,7 +59,13 @@ pub struct Walk {
 impl Walk {
     /// Before the first slice of `width` by `height` voxels, which may have any number of runs.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, most: u64::MAX, slices: Default::default(), births: Births::default() }
+        Self {
+            width,
+            height,
+            most: u64::MAX,
+            slices: Default::default(),
+            births: Births::default(),
+        }
     }
 
     /// The same for slices of at most so many runs.
