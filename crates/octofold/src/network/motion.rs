@@ -177,12 +177,18 @@ pub fn moved(
     })?;
     let mut parts = parts.concat();
     par::sort(&mut parts);
-    let rows: Vec<&[Part]> = parts.chunk_by(|a, b| a.row == b.row).collect();
+    let mut rows: Vec<([u32; 2], &[Part])> =
+        parts.chunk_by(|a, b| a.row == b.row).map(|parts| (parts[0].row, parts)).collect();
+    let cut = band.cut_rows(&stretches);
+    if let Some(cut) = &cut {
+        let of_row = |row| rows.binary_search_by_key(&row, |r| r.0).map_or(&[][..], |i| rows[i].1);
+        rows = cut.iter().map(|&row| (row, of_row(row))).collect();
+    }
     let solid = network.spans();
     let found = par::blocks(run, rows.len(), ROWS, |range| {
-        let runs = |row: &&[Part]| {
-            let [z, y] = row[0].row;
-            let runs = fill(&solid, preimage, row, dims[0] as u32);
+        let runs = |&(row, parts): &([u32; 2], &[Part])| {
+            let [z, y] = row;
+            let runs = fill(&solid, preimage, row, parts, [cut.is_some() as u32, dims[0] as u32]);
             runs.into_iter().map(move |run| ([y, z], run))
         };
         rows[range].iter().flat_map(runs).collect::<Vec<_>>()
@@ -252,6 +258,22 @@ impl Band {
         }
     }
 
+    /// All rows that may hold something, where the grid cuts through the solid at its low end along
+    /// x: such rows may begin inside, far from any node.
+    fn cut_rows(&self, stretches: &[([u32; 2], Stretch)]) -> Option<Vec<[u32; 2]>> {
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let nodes = stretches.iter().flat_map(|&([y, z], s)| {
+            [s.start, s.end - 1].map(|x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
+        });
+        let images = nodes.map(|p| self.linear * (p - self.origin));
+        let (low, high) = images.fold(none, |(low, high), at| (low.min(at), high.max(at)));
+        let (low, high) = (low - self.wide, high + self.wide);
+        (low.x < 0.0).then(|| {
+            let slices = self.clip(2, low.z, high.z);
+            slices.flat_map(|z| self.clip(1, low.y, high.y).map(move |y| [z, y])).collect()
+        })
+    }
+
     /// Places from `low` to `high` in the grid.
     fn clip(&self, axis: usize, low: f64, high: f64) -> Range<u32> {
         let last = self.dims[axis] as f64 - 1.0;
@@ -305,14 +327,19 @@ fn within(from: DVec3, way: DVec3, reach: f64) -> Option<[f64; 2]> {
     (root >= 0.0).then(|| [(-b - root.sqrt()) / a, (-b + root.sqrt()) / a])
 }
 
-/// The runs of a row of the result.
-fn fill(solid: &Spans, preimage: &Preimage, parts: &[Part], width: u32) -> Vec<[u32; 2]> {
-    let [z, y] = parts[0].row;
+/// The runs of a row of the result, of which `parts` must be looked up; so must its first voxels.
+fn fill(
+    solid: &Spans,
+    preimage: &Preimage,
+    [z, y]: [u32; 2],
+    parts: &[Part],
+    [first, width]: [u32; 2],
+) -> Vec<[u32; 2]> {
     let mut runs = Vec::new();
     let mut start = None;
     let mut next = 0;
-    for part in parts {
-        for x in part.start.max(next)..part.end {
+    for (from, to) in std::iter::once((0, first)).chain(parts.iter().map(|p| (p.start, p.end))) {
+        for x in from.max(next)..to {
             let at = preimage.of([x, y, z]);
             let inside = at.iter().all(|&i| (0..1 << 17).contains(&i))
                 && solid.contains(at.map(|i| i as u32));
@@ -325,7 +352,7 @@ fn fill(solid: &Spans, preimage: &Preimage, parts: &[Part], width: u32) -> Vec<[
                 _ => {}
             }
         }
-        next = next.max(part.end);
+        next = next.max(to);
     }
     // Beyond the last part nothing changes.
     runs.extend(start.map(|from| [from, width]));

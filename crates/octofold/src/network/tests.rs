@@ -171,6 +171,15 @@ proptest! {
 }
 
 #[test]
+fn a_grid_within_the_solid_is_full() {
+    let solid = solid([40; 3], |at| at.iter().all(|i| (1..39).contains(i)));
+    let network = Network::new(&solid, &Run::default()).unwrap();
+    let preimage = Preimage::new(DMat3::IDENTITY, DVec3::splat(-15.0)).unwrap();
+    let found = moved(&network, &preimage, [8; 3], Placement::default(), &Run::default()).unwrap();
+    assert_eq!(found.count(), 512);
+}
+
+#[test]
 fn symmetries_move_every_voxel() {
     let solid = noise([9, 7, 5], 3, 2, 50);
     let network = Network::new(&solid, &Run::default()).unwrap();
