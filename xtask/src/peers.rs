@@ -19,7 +19,11 @@ pub fn bench(name: &str) -> Result<()> {
     let python = environment("rivals")?;
     let data = std::env::var_os("OCTOFOLD_DATA")
         .map_or_else(|| root().join("../shared/data"), PathBuf::from);
-    let script = if name == "certified" { "certified.py" } else { "bench.py" };
+    let script = match name {
+        "certified" => "certified.py",
+        "network" => "network.py",
+        _ => "bench.py",
+    };
     let script = root().join("xtask/peers").join(script);
     must(Command::new(python).arg(script).arg(octofold()).arg(name).arg(data))
 }
