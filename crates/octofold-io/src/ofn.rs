@@ -520,7 +520,6 @@ fn crc32c(bytes: &[u8]) -> u32 {
 mod tests {
     use super::*;
     use octofold::volume::DenseVolume;
-    use octofold::with_samples;
 
     const LAYOUTS: [Layout; 3] = [
         Layout { mode: Mode::Fast, bricks: false },
@@ -558,7 +557,7 @@ mod tests {
 
     fn samples(volume: &dyn Volume, region: Region) -> Vec<f64> {
         let block = volume.read(region).unwrap();
-        with_samples!(block, s => s.iter().map(|v| f64::from(*v)).collect())
+        (0..block.len()).map(|i| block.value(i)).collect()
     }
 
     #[test]

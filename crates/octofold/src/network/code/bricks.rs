@@ -175,7 +175,7 @@ impl Bricks {
             let mut model = Direct::small();
             let read = needed[range].iter().map(|&i| {
                 model.reset();
-                Ok(read(&mut model, stream(i)?)?)
+                Ok(read(&mut model, stream(i)?, SIDE)?)
             });
             read.collect::<Result<Vec<_>, E>>()
         })?;
@@ -211,7 +211,7 @@ impl Bricks {
     /// Whether a voxel of the brick that a stream tells is filled; reads the brick and no other.
     pub fn is_filled(stream: &[u8], at: [usize; 3]) -> Result<bool, CodeError> {
         let [x, y, z] = at.map(|i| (i % SIDE) as u8);
-        let parts = read(&mut Direct::small(), stream)?;
+        let parts = read(&mut Direct::small(), stream, z as usize + 1)?;
         Ok(parts.iter().any(|p| p[0] == z && p[1] == y && (p[2]..p[3]).contains(&x)))
     }
 }
@@ -331,12 +331,12 @@ fn write(model: &mut Direct, parts: &[Part]) -> Vec<u8> {
     coder.finish()
 }
 
-/// The brick of a stream.
-fn read(model: &mut Direct, stream: &[u8]) -> Result<Vec<Part>, CodeError> {
+/// The lowest slices of the brick of a stream.
+fn read(model: &mut Direct, stream: &[u8], slices: usize) -> Result<Vec<Part>, CodeError> {
     let mut walk = Walk::new(SIDE as u32, SIDE as u32).with_most(MOST_RUNS);
     let mut coder = Decoder::new(stream);
     let mut parts = Vec::new();
-    for z in 0..SIDE {
+    for z in 0..slices {
         let slice = walk.slice(model, &mut coder, |_| &[]).ok_or(CodeError::CutOff)?;
         for y in 0..SIDE {
             let row = slice.row(y as i64).iter();

@@ -53,7 +53,8 @@ impl Counted {
     pub fn learn(&mut self, filled: bool, most: u32) {
         let aim = if filled { i64::from(u32::MAX) } else { 0 };
         let (chance, seen) = (i64::from(self.chance()), self.seen());
-        let next = chance + ((aim - chance) * i64::from(RATES[(seen & 255) as usize]) >> POINT);
+        let way = (aim - chance) * i64::from(RATES[(seen & 255) as usize]);
+        let next = chance + (way >> POINT);
         let next = next.clamp(LEAST, (1 << 32) - LEAST) as u32;
         *self = Self(next >> 10 << 10 | (seen + 1).min(most));
     }
