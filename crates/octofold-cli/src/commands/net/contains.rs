@@ -31,7 +31,7 @@ Examples:
 impl Args {
     /// Finds the voxels and tells.
     pub fn run(self, job: &Job) -> Result<Outcome> {
-        ensure!(self.places.len() % 3 == 0, "places are three numbers each");
+        ensure!(self.places.len().is_multiple_of(3), "places are three numbers each");
         let file = ReadingArgs::default().of(&self.input)?.open()?.expect_network(&job.run)?;
         let to_voxels = file.placement().inverse().context("the solid's voxels are flat")?;
         let mut answers = Vec::new();
