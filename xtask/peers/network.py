@@ -185,12 +185,6 @@ def drawn(name, n):
     return voxels
 
 
-def nut(folder):
-    from pyvista import examples
-
-    return examples.nutfile
-
-
 def shapes(n, folder):
     if KEPT:
         for name in FLAT + CURVED + SCANS:
@@ -201,7 +195,9 @@ def shapes(n, folder):
         file = folder / "shape.npy"
         np.save(file, drawn(name, n))
         yield name, file
-    for name, model in [("nut", nut(folder)), ("bunny", "scans/stanford-bunny.obj"), ("armadillo", "scans/armadillo.obj")]:
+    from pyvista import examples
+
+    for name, model in [("nut", examples.nutfile), ("bunny", "scans/stanford-bunny.obj"), ("armadillo", "scans/armadillo.obj")]:
         file = folder / "shape.npy"
         # As much room around as the formulas leave.
         octofold("voxelize", DATA / model, file, "--resolution", int(n * 0.88))
