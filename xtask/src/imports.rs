@@ -25,7 +25,17 @@ const TABLE: [(&str, &[&str]); 22] = [
     ("repair", &["bits", "lattice", "measure", "mesh", "solid", "surface", "voxelize"]),
     (
         "report",
-        &["histogram", "measure", "mesh", "pipeline", "repair", "simplify", "surface", "volume"],
+        &[
+            "histogram",
+            "measure",
+            "mesh",
+            "network",
+            "pipeline",
+            "repair",
+            "simplify",
+            "surface",
+            "volume",
+        ],
     ),
     ("rows", &[]),
     ("samples", &["mesh", "soup", "surface", "volume"]),

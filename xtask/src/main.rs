@@ -15,9 +15,9 @@ const USAGE: &str = "\
 cargo xtask test          everything that CI checks
 cargo xtask tidy          the conventions of the repository
 cargo xtask sweep NAME    the whole of a large sweep: formats, certified, cubes, labels,
-                          published, repair, simplify or voxels
+                          network, published, repair, simplify or voxels
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
-                          models, labels, certified or simplify";
+                          models, labels, certified, network or simplify";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

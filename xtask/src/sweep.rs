@@ -7,11 +7,12 @@ use crate::{cargo, must};
 use anyhow::{Context, Result};
 
 /// Name, package and filters of each sweep.
-const SWEEPS: [(&str, &str, &[&str]); 8] = [
+const SWEEPS: [(&str, &str, &[&str]); 9] = [
     ("formats", "octofold-io", &[]),
     ("certified", "octofold", &["surface::certified"]),
     ("cubes", "octofold", &["surface::cell", "surface::cubes"]),
     ("labels", "octofold", &["surface::labels"]),
+    ("network", "octofold", &["network"]),
     ("published", "octofold", &["surface::adaptive", "surface::tel"]),
     ("repair", "octofold", &["repair"]),
     ("simplify", "octofold", &["simplify"]),

@@ -6,6 +6,7 @@ mod completions;
 mod convert;
 mod demo;
 mod info;
+mod net;
 mod paper;
 mod repair;
 mod run;
@@ -38,6 +39,8 @@ pub enum Command {
     Repair(repair::Args),
     /// Reduce a mesh to fewer triangles that keep its topology and do not meet
     Simplify(simplify::Args),
+    /// Solids as linked surface voxels: small files that can still be computed with
+    Net(net::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
     /// Repeat a paper's experiments beside its published figures
@@ -61,6 +64,7 @@ impl Command {
             Self::Surface(_) => "surface",
             Self::Repair(_) => "repair",
             Self::Simplify(_) => "simplify",
+            Self::Net(_) => "net",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
             Self::Run(_) => "run",
@@ -81,6 +85,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Surface(args) => args.run(job),
         Command::Repair(args) => args.run(job),
         Command::Simplify(args) => args.run(job),
+        Command::Net(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),

@@ -1,11 +1,13 @@
 //! The files that a command reads and writes: as typed, then validated.
 
 use anyhow::{Context, Result, bail, ensure};
-use octofold::pipeline::Shape;
+use octofold::network::code::Mode;
+use octofold::pipeline::{Shape, SolidOptions};
+use octofold::spans::Spans;
 use octofold::volume::ScalarType;
 use octofold::{Kind, Run, Soup, Volume};
 use octofold_io::raw::RawLayout;
-use octofold_io::{Format, Source, WriteError};
+use octofold_io::{Format, Source, WriteError, ofn};
 use std::path::{Path, PathBuf};
 
 /// Writes the bytes of a whole file, or nothing.
@@ -74,6 +76,7 @@ pub struct Output {
     /// The file, `-` for standard output.
     pub path: PathBuf,
     format: Format,
+    layout: ofn::Layout,
 }
 
 /// An input that was opened, and what its format holds.
@@ -156,6 +159,40 @@ impl Opened {
         })
     }
 
+    /// The header of an `.ofn` file; `None` of any other.
+    pub fn network(&self, run: &Run) -> Result<Option<ofn::File>> {
+        if self.format != Format::Ofn {
+            return Ok(None);
+        }
+        let file = ofn::File::open(&self.source, run);
+        Ok(Some(file.with_context(|| self.source.path.display().to_string())?))
+    }
+
+    /// The header of an `.ofn` file; any other is refused.
+    pub fn expect_network(&self, run: &Run) -> Result<ofn::File> {
+        self.network(run)?.with_context(|| {
+            format!(
+                "{}: this is no .ofn file: `octofold net encode` makes one",
+                self.source.path.display()
+            )
+        })
+    }
+
+    /// Reads a solid; a mesh is refused.
+    pub fn read_solid(&self, run: &Run) -> Result<Spans> {
+        match self.read(run)? {
+            Shape::Volume(volume) => {
+                let options = SolidOptions::default();
+                let solid = octofold::pipeline::solid(volume.as_ref(), &options, run);
+                Ok(solid.with_context(|| self.source.path.display().to_string())?)
+            }
+            Shape::Soup(_) => bail!(
+                "{}: this is a mesh, and a solid is asked for: `octofold net encode` makes one",
+                self.source.path.display()
+            ),
+        }
+    }
+
     /// Reads polygons; a volume is refused.
     pub fn read_mesh(&self, run: &Run) -> Result<Soup> {
         match self.read(run)? {
@@ -175,7 +212,22 @@ impl Output {
         let format = to.or_else(|| Format::of_name(&name)).with_context(|| {
             format!("{name}: the name does not tell the format; say --to FORMAT, {}", formats())
         })?;
-        Ok(Self { path, format })
+        Ok(Self { path, format, layout: ofn::Layout::default() })
+    }
+
+    /// The same, written as `layout` says where the format is `.ofn`.
+    pub fn in_layout(self, layout: ofn::Layout) -> Result<Self> {
+        ensure!(
+            layout == ofn::Layout::default() || self.format == Format::Ofn,
+            "{}: --archive and --bricks are for .ofn files",
+            self.name()
+        );
+        Ok(Self { layout, ..self })
+    }
+
+    /// How a solid is written as one stream; `None` in any other format, or in bricks.
+    pub fn stream(&self) -> Option<Mode> {
+        (self.format == Format::Ofn && !self.layout.bricks).then_some(self.layout.mode)
     }
 
     /// What the format holds.
@@ -219,6 +271,9 @@ impl Output {
     /// Writes samples.
     pub fn write_volume(&self, volume: &dyn Volume, run: &Run) -> Result<()> {
         run.stage("write");
+        if self.format == Format::Ofn {
+            return Ok(octofold_io::write_solid(volume, &self.path, self.layout, run)?);
+        }
         Ok(octofold_io::write_volume(volume, &self.path, Some(self.format), run)?)
     }
 }

@@ -75,9 +75,20 @@ impl Job {
     /// Reads `input`, runs `steps`, writes `output` and reports: the one way of all commands that
     /// make a file from a file.
     pub fn convert(&self, input: &Input, steps: Vec<Step>, output: &Output) -> Result<Outcome> {
-        self.refuse_mixed_output(output)?;
         let opened = input.open()?;
-        let (from, to) = (opened.kind(), output.kind());
+        self.convert_read(opened.kind(), || opened.read(&self.run), steps, output)
+    }
+
+    /// The same for an input that `read` reads and that holds a shape of kind `from`.
+    pub fn convert_read(
+        &self,
+        from: Kind,
+        read: impl FnOnce() -> Result<Shape>,
+        steps: Vec<Step>,
+        output: &Output,
+    ) -> Result<Outcome> {
+        self.refuse_mixed_output(output)?;
+        let to = output.kind();
         let kind = match pipeline::outcome(from, &steps) {
             Err(error @ StepError::Misfit { .. }) if from != to => {
                 return Err(error).context(advice(from, to));
@@ -90,7 +101,7 @@ impl Job {
             output.name(),
             advice(from, to)
         );
-        let shape = opened.read(&self.run)?;
+        let shape = read()?;
         let input = self.measures(&shape)?;
         let Made { shape, surface, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
         let measures = self.measures(&shape)?;

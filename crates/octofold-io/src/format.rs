@@ -20,11 +20,12 @@ pub enum Format {
     Raw,
     Binvox,
     Vox,
+    Ofn,
 }
 
 impl Format {
     /// All formats, in the order of the help text.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Obj,
         Self::Ply,
         Self::Stl,
@@ -38,6 +39,7 @@ impl Format {
         Self::Raw,
         Self::Binvox,
         Self::Vox,
+        Self::Ofn,
     ];
 
     /// Name for messages and for `--from` and `--to`.
@@ -61,6 +63,7 @@ impl Format {
             Self::Raw => &["raw"],
             Self::Binvox => &["binvox"],
             Self::Vox => &["vox"],
+            Self::Ofn => &["ofn"],
         }
     }
 
@@ -105,6 +108,8 @@ impl Format {
             Some(Self::Binvox)
         } else if starts(b"VOX ") {
             Some(Self::Vox)
+        } else if starts(b"OFN") {
+            Some(Self::Ofn)
         } else if crate::nifti::sniff(bytes) {
             Some(Self::Nifti)
         } else {

@@ -1,8 +1,8 @@
 //! The front door of volumes: finds the format, the reader or writer, and names the file in errors.
 
 use crate::raw::RawLayout;
-use crate::{Format, ReadError, Source, WriteError, save};
-use crate::{binvox, format::Kind, nifti, npy, nrrd, raw, vox};
+use crate::{Format, ReadError, Sink, Source, WriteError, save};
+use crate::{binvox, format::Kind, nifti, npy, nrrd, ofn, raw, vox};
 use octofold::{Run, Volume};
 use std::path::{Path, PathBuf};
 
@@ -26,6 +26,7 @@ pub fn read_volume(
             Format::Npy => npy::read(source, run),
             Format::Binvox => binvox::read(source, run),
             Format::Vox => vox::read(source, run),
+            Format::Ofn => ofn::read(source, run),
             Format::Raw => match layout {
                 Some(layout) => raw::read(source, layout, run),
                 None => {
@@ -78,12 +79,30 @@ pub fn write_volume(
         Format::Raw => raw::write,
         Format::Binvox => binvox::write,
         Format::Vox => vox::write,
+        Format::Ofn => ofn::write,
         _ => {
             let fact = "it holds meshes: make a surface of the volume first".into();
             return Err(WriteError::Unfit { format: format.name(), fact });
         }
     };
-    save(path, |sink| write(volume, sink, run)).map_err(|error| match error {
+    saved(path, |sink| write(volume, sink, run))
+}
+
+/// Writes a binary volume as `.ofn`.
+pub fn write_solid(
+    volume: &dyn Volume,
+    path: &Path,
+    layout: ofn::Layout,
+    run: &Run,
+) -> Result<(), WriteError> {
+    saved(path, |sink| ofn::write_as(volume, layout, sink, run))
+}
+
+fn saved(
+    path: &Path,
+    write: impl FnOnce(&mut Sink<'_>) -> Result<(), WriteError>,
+) -> Result<(), WriteError> {
+    save(path, write).map_err(|error| match error {
         WriteError::Io { path: unnamed, source } if unnamed == PathBuf::new() => {
             WriteError::Io { path: path.to_path_buf(), source }
         }

@@ -6,14 +6,20 @@
 //! forms of one solid.
 //!
 //! - [`combine`]: set operations row by row. [`patches`]: the same on links, as published.
+//!   [`frame`]: one grid for solids on several.
 //! - [`motion`]: rotation and scaling by exact resampling.
-//! - [`compress`]: the two steps of compression, by planes and by ridges, and back.
+//! - [`compress`]: the two steps of compression, by planes and by ridges, and back. [`census`]: data
+//!   beside the octree's.
+//! - [`code`]: solids as bytes.
 //!
 //! Source: Fujimura, Kobori and Kutsuwa, "Shape compression of spatial partitioning models using
 //! the network model"; specification of the network model (A1 to A5).
 
+pub mod census;
+pub mod code;
 pub mod combine;
 pub mod compress;
+pub mod frame;
 pub mod links;
 pub mod motion;
 mod numbered;

@@ -4,10 +4,12 @@
 //! the same options. Converting a file is the empty list.
 
 use crate::histogram::Histogram;
+use crate::network::motion::{self, Motion, MotionError};
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
 use crate::simplify::{self, SimplifyAccount, SimplifyOptions};
 use crate::soup::Soup;
+use crate::spans::Spans;
 use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
 use crate::volume::{Volume, VolumeError};
 use crate::voxelize::{self, VoxelizeError, VoxelizeOptions};
@@ -80,12 +82,25 @@ pub enum Step {
     Sheets(SheetOptions),
     /// Fewer faces, with guarantees.
     Simplify(SimplifyOptions),
+    /// Volume to the runs of what is inside.
+    Solid(SolidOptions),
+    /// Moves a solid, exactly resampled.
+    Move(Motion),
+}
+
+/// What of a volume is inside.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
+pub struct SolidOptions {
+    /// The least value inside; one half for masks, Otsu's threshold for gray values where it is not
+    /// told.
+    pub iso: Option<f64>,
 }
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 6] =
-        ["triangulate", "voxelize", "surface", "repair", "sheets", "simplify"];
+    pub const ALL: [&'static str; 8] =
+        ["triangulate", "voxelize", "surface", "repair", "sheets", "simplify", "solid", "move"];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -96,6 +111,8 @@ impl Step {
             Self::Repair(_) => Self::ALL[3],
             Self::Sheets(_) => Self::ALL[4],
             Self::Simplify(_) => Self::ALL[5],
+            Self::Solid(_) => Self::ALL[6],
+            Self::Move(_) => Self::ALL[7],
         }
     }
 
@@ -107,7 +124,7 @@ impl Step {
             | Self::Repair(_)
             | Self::Sheets(_)
             | Self::Simplify(_) => Kind::Mesh,
-            Self::Surface(_) => Kind::Volume,
+            Self::Surface(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
         }
     }
 
@@ -119,7 +136,7 @@ impl Step {
             | Self::Repair(_)
             | Self::Sheets(_)
             | Self::Simplify(_) => Kind::Mesh,
-            Self::Voxelize(_) => Kind::Volume,
+            Self::Voxelize(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
         }
     }
 }
@@ -162,6 +179,9 @@ pub enum StepError {
     /// The mesh could not be repaired.
     #[error(transparent)]
     Repair(#[from] RepairError),
+    /// The solid could not be moved.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),
@@ -234,6 +254,13 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
                 }
                 Shape::Soup(mesh.into())
             }
+            (Step::Solid(options), Shape::Volume(volume)) => {
+                Shape::Volume(Arc::new(solid(volume.as_ref(), options, run)?))
+            }
+            (Step::Move(motion), Shape::Volume(volume)) => {
+                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                Shape::Volume(Arc::new(motion::transformed(&solid, motion, run)?))
+            }
             (Step::Repair(options), Shape::Soup(soup)) => {
                 run.stage("triangulate");
                 let mesh = soup.triangulate();
@@ -265,6 +292,13 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
         };
     }
     Ok(Made { shape, surface: account, repair: repaired, simplify: simplified })
+}
+
+/// What of a volume is inside.
+pub fn solid(volume: &dyn Volume, options: &SolidOptions, run: &Run) -> Result<Spans, StepError> {
+    let options = SurfaceOptions { iso: options.iso, ..SurfaceOptions::default() };
+    let iso = with_iso(volume, &options, run)?.iso.unwrap_or(0.5);
+    Ok(Spans::at_least(volume, iso, run)?)
 }
 
 fn empty_surface(options: &SurfaceOptions) -> Finding {
@@ -367,6 +401,12 @@ mod tests {
             Step::Repair(RepairOptions::default()),
             Step::Sheets(SheetOptions::default()),
             Step::Simplify(SimplifyOptions::default()),
+            Step::Solid(SolidOptions { iso: Some(2.5) }),
+            Step::Move(Motion {
+                linear: [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 2.0]],
+                about: None,
+                shift: [1.0, 0.5, 0.0],
+            }),
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);

@@ -4,6 +4,8 @@
 
 use crate::histogram::Histogram;
 use crate::measure::{self, Comparison, HausdorffBounds, Measures, Weld};
+use crate::network::census::Census;
+use crate::network::code::Mode;
 use crate::pipeline::{Kind, Shape, Step};
 use crate::repair::RepairAccount;
 use crate::run::{Finding, Run};
@@ -94,6 +96,13 @@ pub enum Answer {
     Measures(Box<ShapeMeasures>),
     /// `compare`.
     Comparison(Comparison),
+    /// `net info`.
+    Network(Box<NetworkFacts>),
+    /// `net contains`.
+    Voxels {
+        /// Each place that was asked for.
+        voxels: Vec<VoxelAnswer>,
+    },
     /// `check`.
     Claims {
         /// True where every claim holds.
@@ -101,6 +110,39 @@ pub enum Answer {
         /// The claims that were checked.
         claims: Vec<Claim>,
     },
+}
+
+/// What is known of a network in a file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NetworkFacts {
+    /// Voxels along x, y, z.
+    pub dims: [usize; 3],
+    /// From voxels to the world.
+    pub placement: Placement,
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// How it is coded.
+    pub mode: Mode,
+    /// Whether any part can be read without the rest.
+    pub bricks: bool,
+    /// Bits for each voxel of the surface.
+    pub bits_per_surface_voxel: Option<f64>,
+    /// Bits for each exposed face.
+    pub bits_per_face: Option<f64>,
+    /// Runs of voxels along x.
+    pub runs: u64,
+    /// Voxels, and data of the network and of the octree.
+    #[serde(flatten)]
+    pub census: Census,
+}
+
+/// Whether a voxel is in a solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct VoxelAnswer {
+    /// The voxel.
+    pub voxel: [i64; 3],
+    /// Whether it is filled.
+    pub filled: bool,
 }
 
 /// A claim about a shape, and whether it holds.

@@ -4,9 +4,15 @@
 //! volume.
 
 use crate::attributes::LengthUnit;
+use crate::par;
 use crate::rows::Rows;
-use crate::volume::{Block, Placement, Region, ScalarType, Volume, VolumeError};
+use crate::run::Run;
+use crate::volume::{Block, Placement, Region, Scalar, ScalarType, Volume, VolumeError};
+use crate::with_samples;
 use std::borrow::Cow;
+
+/// Slices that one unit of work takes.
+const BLOCK: usize = 8;
 
 /// A set of cells of a grid, as maximal runs along x.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +57,82 @@ impl Spans {
         Self { dims, placement, rows }
     }
 
+    /// The samples of a volume that are `iso` or more; those that are 1, of a volume of runs.
+    pub fn at_least(volume: &dyn Volume, iso: f64, run: &Run) -> Result<Self, VolumeError> {
+        let dims = volume.dims();
+        run.stage("solid");
+        let parts = par::blocks(run, dims[2], BLOCK, |slices| {
+            let mut rows = Rows::default();
+            for z in slices {
+                add_slice(&mut rows, volume, iso, z)?;
+                rows.end_slice();
+            }
+            Ok(rows)
+        })?;
+        let parts = parts.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
+        Ok(Self::from_rows(dims, volume.placement(), parts))
+    }
+
+    /// Stacks solids of one width and height, the first lowest.
+    pub fn stack(
+        [width, height]: [usize; 2],
+        placement: Placement,
+        slabs: impl IntoIterator<Item = Self>,
+    ) -> Self {
+        let mut rows = Rows::default();
+        let mut depth = 0;
+        for slab in slabs {
+            depth += slab.dims[2];
+            rows.append(slab.rows);
+        }
+        Self { dims: [width, height, depth], placement, rows }
+    }
+
+    /// The part of the set in a box of `dims` cells from `start` on, which may lie beyond the grid; the
+    /// placement is that of the box.
+    pub fn framed(&self, start: [i64; 3], dims: [usize; 3]) -> Self {
+        let mut rows = Rows::default();
+        let [x0, y0, z0] = start;
+        let width = dims[0] as i64;
+        for z in z0..z0 + dims[2] as i64 {
+            let inside = usize::try_from(z).ok().filter(|&z| z < self.dims[2]);
+            for (y, runs) in
+                inside.into_iter().flat_map(|z| self.rows.of_slice(z, y0.max(0) as u32))
+            {
+                let y = i64::from(y) - y0;
+                if y >= dims[1] as i64 {
+                    break;
+                }
+                for run in runs {
+                    let [start, end] = run.map(|x| (i64::from(x) - x0).clamp(0, width) as u32);
+                    if start < end {
+                        rows.push([start, end]);
+                    }
+                }
+                rows.end_row(y as u32);
+            }
+            rows.end_slice();
+        }
+        let mut placement = self.placement;
+        placement.origin = self.placement.place(start.map(|i| i as f64));
+        Self { dims, placement, rows }
+    }
+
+    /// The least box that holds the set, as its low and high corners; `None` where it is empty.
+    pub fn extent(&self) -> Option<Region> {
+        let mut region: Option<Region> = None;
+        self.for_each_row(|[y, z], runs| {
+            let start = [runs[0][0], y, z].map(|i| i as usize);
+            let end = [runs[runs.len() - 1][1], y + 1, z + 1].map(|i| i as usize);
+            let known = region.unwrap_or(Region { start, end });
+            region = Some(Region {
+                start: std::array::from_fn(|a| start[a].min(known.start[a])),
+                end: std::array::from_fn(|a| end[a].max(known.end[a])),
+            });
+        });
+        region
+    }
+
     /// The runs of a row, `[start, end)` along x.
     pub fn row(&self, y: usize, z: usize) -> &[[u32; 2]] {
         self.rows.row(y, z).1
@@ -89,6 +171,38 @@ impl Spans {
         self.placement.unit = unit;
         self
     }
+}
+
+/// Adds the rows of a slice of a volume.
+fn add_slice(
+    rows: &mut Rows<[u32; 2]>,
+    volume: &dyn Volume,
+    iso: f64,
+    z: usize,
+) -> Result<(), VolumeError> {
+    let [width, height, _] = volume.dims();
+    if volume.runs(0, z).is_some() {
+        for y in 0..height {
+            rows.extend(volume.runs(y, z).unwrap_or_default());
+            rows.end_row(y as u32);
+        }
+        return Ok(());
+    }
+    let slice = Region { start: [0, 0, z], end: [width, height, z + 1] };
+    with_samples!(volume.read(slice)?, samples => {
+        for (y, row) in samples.chunks_exact(width.max(1)).enumerate() {
+            let mut x = 0;
+            for part in row.chunk_by(|a, b| (a.to_f64() >= iso) == (b.to_f64() >= iso)) {
+                let end = x + part.len() as u32;
+                if part[0].to_f64() >= iso {
+                    rows.push([x, end]);
+                }
+                x = end;
+            }
+            rows.end_row(y as u32);
+        }
+    });
+    Ok(())
 }
 
 impl Volume for Spans {
@@ -149,6 +263,10 @@ impl Volume for Spans {
         Some([f64::from(u8::from(full)), f64::from(u8::from(!empty))])
     }
 
+    fn runs(&self, y: usize, z: usize) -> Option<&[[u32; 2]]> {
+        Some(self.row(y, z))
+    }
+
     fn is_binary(&self) -> bool {
         true
     }
@@ -161,6 +279,7 @@ impl Volume for Spans {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::volume::DenseVolume;
     use proptest::prelude::*;
 
     proptest! {
@@ -185,6 +304,11 @@ mod tests {
             let count = runs.len() as u64;
             let spans = Spans::from_runs(dims, Placement::default(), runs);
             prop_assert_eq!(spans.count(), count);
+            let gray = |i: usize| cells[i / dims[0] / dims[1] * 100 + i / dims[0] % dims[1] * 20 + i % dims[0]];
+            let gray = (0..dims[0] * dims[1] * dims[2]).map(|i| if gray(i) { 7.5f32 } else { f32::NAN });
+            let gray = DenseVolume::new(dims, gray.collect(), Placement::default()).unwrap();
+            prop_assert_eq!(&Spans::at_least(&gray, 7.5, &Run::default()).unwrap(), &spans);
+            prop_assert_eq!(&Spans::at_least(&spans, 0.5, &Run::default()).unwrap(), &spans);
             let start = [corner.0 % dims[0], corner.1 % dims[1], corner.2 % dims[2]];
             let region = Region { start, end: dims };
             let block = spans.read(region).unwrap();

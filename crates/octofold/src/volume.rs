@@ -276,6 +276,12 @@ pub trait Volume: Send + Sync {
         None
     }
 
+    /// The samples of a row that are 1, as runs `[start, end)` along x, where a binary volume is kept
+    /// so.
+    fn runs(&self, _y: usize, _z: usize) -> Option<&[[u32; 2]]> {
+        None
+    }
+
     /// True where samples are only 0 and 1: surfaces then run midway between samples.
     fn is_binary(&self) -> bool {
         false

@@ -36,6 +36,7 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
         ("v.binvox", written(&binary, "v.binvox")),
         ("v.vox", written(&labelled, "v.vox")),
         ("scene.vox", vox::scene()),
+        ("v.ofn", written(&binary, "v.ofn")),
     ]
 }
 
@@ -91,7 +92,7 @@ fn flipped_bytes_are_an_error_or_a_sound_volume() {
 fn the_fuzz_corpus_is_read_without_panic() {
     let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
     let mut count = 0;
-    for target in ["nifti", "nrrd", "npy", "binvox", "vox"] {
+    for target in ["nifti", "nrrd", "npy", "binvox", "vox", "ofn"] {
         let ending = if target == "nifti" { "nii" } else { target };
         for file in std::fs::read_dir(corpus.join(target)).unwrap() {
             let bytes = std::fs::read(file.unwrap().path()).unwrap();

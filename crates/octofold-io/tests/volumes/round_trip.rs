@@ -89,7 +89,7 @@ proptest! {
         let samples_01 = volume.samples().iter().map(|v| v % 2).collect();
         volume = DenseVolume::new(dims, samples_01, placed([0.5; 3], 2.0)).unwrap();
         volume.binary = true;
-        for name in ["v.binvox", "v.nrrd", "v.npy", "v.nii"] {
+        for name in ["v.binvox", "v.nrrd", "v.npy", "v.nii", "v.ofn"] {
             let back = read(name, written(&volume, name)).unwrap();
             prop_assert_eq!(samples(&*back), samples(&volume), "{}", name);
             prop_assert_eq!(back.is_binary(), name != "v.nii", "{}", name);
@@ -161,6 +161,9 @@ fn what_a_format_cannot_hold_is_refused() {
     assert!(refused(&floats).contains("labels from 0 to 255"));
     let large = DenseVolume::new([1; 3], vec![300i16], Placement::default()).unwrap();
     assert!(refused(&large).contains("a sample is 300"));
+    let path = folder.path().join("v.ofn");
+    let error = octofold_io::write_volume(&floats, &path, None, &run).unwrap_err().to_string();
+    assert!(error.contains("net encode") && !path.exists(), "{error}");
     let Block::F32(_) = samples(&floats) else { panic!() };
 }
 

@@ -7,7 +7,7 @@
 //! diagonal of a node. Only such a band is looked up; between its parts rows do not change. Source:
 //! specification (A7).
 
-use super::{Network, Stretch};
+use super::{MOST_VOXELS, Network, NetworkError, Stretch};
 use crate::par;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
@@ -20,6 +20,12 @@ const ONE: f64 = 4_294_967_296.0;
 
 /// What rounding to single parts of [`ONE`] and arithmetic in double precision may add to a distance.
 const SLACK: f64 = 1e-3;
+
+/// What differs less from a whole number of voxels is one.
+const SNAP: f64 = 1e-9;
+
+/// How many voxels away a result may lie.
+const FAR: f64 = 268_435_456.0;
 
 /// Stretches that one unit of work takes.
 const BLOCK: usize = 4096;
@@ -97,6 +103,59 @@ impl Preimage {
     }
 }
 
+/// A motion of the world, that takes `p` to `linear * (p - about) + about + shift`.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Motion {
+    /// Columns of the linear part.
+    pub linear: [[f64; 3]; 3],
+    /// What the linear part leaves in its place; the middle of the solid's box where it is not told.
+    #[serde(default)]
+    pub about: Option<[f64; 3]>,
+    /// What is added.
+    #[serde(default)]
+    pub shift: [f64; 3],
+}
+
+/// Moves a solid in the world. The result's grid is as large as it must be and has the axes of the
+/// solid's, whole voxels away from it.
+pub fn transformed(solid: &Spans, motion: &Motion, run: &Run) -> Result<Spans, MotionError> {
+    let Some(extent) = solid.extent() else { return Ok(solid.clone()) };
+    let axes = DMat3::from_cols_array_2d(&solid.placement.axes);
+    let linear = axes.inverse() * DMat3::from_cols_array_2d(&motion.linear) * axes;
+    let middle = [0, 1, 2].map(|a| (extent.start[a] + extent.end[a] - 1) as f64 / 2.0);
+    let about = motion.about.unwrap_or_else(|| solid.placement.place(middle));
+    let about = axes.inverse() * (DVec3::from(about) - DVec3::from(solid.placement.origin));
+    // Where axes are turned by right angles this keeps whole steps whole.
+    let clean = |v: f64| if (v - v.round()).abs() < SNAP { v.round() } else { v };
+    let linear = DMat3::from_cols_array(&linear.to_cols_array().map(clean));
+    let shift = axes.inverse() * DVec3::from(motion.shift) + about - linear * about;
+    let shift = DVec3::from(shift.to_array().map(clean));
+    let corners = (0..8).map(|corner| {
+        let at = [0, 1, 2].map(|a| match corner >> a & 1 {
+            0 => extent.start[a] as f64 - 0.5,
+            _ => extent.end[a] as f64 - 0.5,
+        });
+        linear * DVec3::from(at) + shift
+    });
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = corners.fold(none, |(low, high), at| (low.min(at), high.max(at)));
+    let (low, high) = ((low - SNAP).ceil(), (high + SNAP).floor());
+    let size = high - low + 1.0;
+    if !size.is_finite() || size.max_element() > MOST_VOXELS as f64 || low.abs().max_element() > FAR
+    {
+        return Err(MotionError::TooFar);
+    }
+    let dims = size.to_array().map(|n| n.max(1.0) as usize);
+    let mut placement = solid.placement;
+    placement.origin = solid.placement.place(low.to_array());
+    let preimage = Preimage::new(linear, shift - low)?;
+    let network = Network::new(solid, run).map_err(|error| match error {
+        NetworkError::TooLong { .. } => MotionError::TooFar,
+        NetworkError::Cancelled(cancelled) => cancelled.into(),
+    })?;
+    moved(&network, &preimage, dims, placement, run)
+}
+
 /// Moves a solid into a grid of `dims` voxels; what leaves the grid is cut off.
 pub fn moved(
     network: &Network,
@@ -118,12 +177,18 @@ pub fn moved(
     })?;
     let mut parts = parts.concat();
     par::sort(&mut parts);
-    let rows: Vec<&[Part]> = parts.chunk_by(|a, b| a.row == b.row).collect();
+    let mut rows: Vec<([u32; 2], &[Part])> =
+        parts.chunk_by(|a, b| a.row == b.row).map(|parts| (parts[0].row, parts)).collect();
+    let cut = band.cut_rows(&stretches);
+    if let Some(cut) = &cut {
+        let of_row = |row| rows.binary_search_by_key(&row, |r| r.0).map_or(&[][..], |i| rows[i].1);
+        rows = cut.iter().map(|&row| (row, of_row(row))).collect();
+    }
     let solid = network.spans();
     let found = par::blocks(run, rows.len(), ROWS, |range| {
-        let runs = |row: &&[Part]| {
-            let [z, y] = row[0].row;
-            let runs = fill(&solid, preimage, row, dims[0] as u32);
+        let runs = |&(row, parts): &([u32; 2], &[Part])| {
+            let [z, y] = row;
+            let runs = fill(&solid, preimage, row, parts, [cut.is_some() as u32, dims[0] as u32]);
             runs.into_iter().map(move |run| ([y, z], run))
         };
         rows[range].iter().flat_map(runs).collect::<Vec<_>>()
@@ -193,6 +258,22 @@ impl Band {
         }
     }
 
+    /// All rows that may hold something, where the grid cuts through the solid at its low end along
+    /// x: such rows may begin inside, far from any node.
+    fn cut_rows(&self, stretches: &[([u32; 2], Stretch)]) -> Option<Vec<[u32; 2]>> {
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let nodes = stretches.iter().flat_map(|&([y, z], s)| {
+            [s.start, s.end - 1].map(|x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
+        });
+        let images = nodes.map(|p| self.linear * (p - self.origin));
+        let (low, high) = images.fold(none, |(low, high), at| (low.min(at), high.max(at)));
+        let (low, high) = (low - self.wide, high + self.wide);
+        (low.x < 0.0).then(|| {
+            let slices = self.clip(2, low.z, high.z);
+            slices.flat_map(|z| self.clip(1, low.y, high.y).map(move |y| [z, y])).collect()
+        })
+    }
+
     /// Places from `low` to `high` in the grid.
     fn clip(&self, axis: usize, low: f64, high: f64) -> Range<u32> {
         let last = self.dims[axis] as f64 - 1.0;
@@ -246,14 +327,19 @@ fn within(from: DVec3, way: DVec3, reach: f64) -> Option<[f64; 2]> {
     (root >= 0.0).then(|| [(-b - root.sqrt()) / a, (-b + root.sqrt()) / a])
 }
 
-/// The runs of a row of the result.
-fn fill(solid: &Spans, preimage: &Preimage, parts: &[Part], width: u32) -> Vec<[u32; 2]> {
-    let [z, y] = parts[0].row;
+/// The runs of a row of the result, of which `parts` must be looked up; so must its first voxels.
+fn fill(
+    solid: &Spans,
+    preimage: &Preimage,
+    [z, y]: [u32; 2],
+    parts: &[Part],
+    [first, width]: [u32; 2],
+) -> Vec<[u32; 2]> {
     let mut runs = Vec::new();
     let mut start = None;
     let mut next = 0;
-    for part in parts {
-        for x in part.start.max(next)..part.end {
+    for (from, to) in std::iter::once((0, first)).chain(parts.iter().map(|p| (p.start, p.end))) {
+        for x in from.max(next)..to {
             let at = preimage.of([x, y, z]);
             let inside = at.iter().all(|&i| (0..1 << 17).contains(&i))
                 && solid.contains(at.map(|i| i as u32));
@@ -266,7 +352,7 @@ fn fill(solid: &Spans, preimage: &Preimage, parts: &[Part], width: u32) -> Vec<[
                 _ => {}
             }
         }
-        next = next.max(part.end);
+        next = next.max(to);
     }
     // Beyond the last part nothing changes.
     runs.extend(start.map(|from| [from, width]));

@@ -1,9 +1,11 @@
 //! What is claimed of networks, on noise of every coarseness and on shapes.
 
+use super::census::{census, octree};
 use super::combine::{Operation, combine};
 use super::compress::{CompressOptions, Reading, compress};
+use super::frame::framed;
 use super::links::{Face, Rule, link, step, tangents};
-use super::motion::{MotionError, Preimage, moved};
+use super::motion::{Motion, MotionError, Preimage, moved, transformed};
 use super::patches::combine_patches;
 use super::*;
 use crate::samples::Sample;
@@ -11,7 +13,7 @@ use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
 /// A solid by its voxels.
-fn solid(dims: [usize; 3], inside: impl Fn([usize; 3]) -> bool) -> Spans {
+pub(super) fn solid(dims: [usize; 3], inside: impl Fn([usize; 3]) -> bool) -> Spans {
     let mut runs = Vec::new();
     for z in 0..dims[2] {
         for y in 0..dims[1] {
@@ -24,7 +26,7 @@ fn solid(dims: [usize; 3], inside: impl Fn([usize; 3]) -> bool) -> Spans {
 }
 
 /// Noise of some coarseness, so that there are walls, cavities and wide planes.
-fn noise(dims: [usize; 3], seed: u64, coarse: usize, dense: u64) -> Spans {
+pub(super) fn noise(dims: [usize; 3], seed: u64, coarse: usize, dense: u64) -> Spans {
     solid(dims, |at| {
         let [x, y, z] = at.map(|i| (i / coarse) as u64);
         let mut h = seed ^ (x << 40 | y << 20 | z);
@@ -169,6 +171,15 @@ proptest! {
 }
 
 #[test]
+fn a_grid_within_the_solid_is_full() {
+    let solid = solid([40; 3], |at| at.iter().all(|i| (1..39).contains(i)));
+    let network = Network::new(&solid, &Run::default()).unwrap();
+    let preimage = Preimage::new(DMat3::IDENTITY, DVec3::splat(-15.0)).unwrap();
+    let found = moved(&network, &preimage, [8; 3], Placement::default(), &Run::default()).unwrap();
+    assert_eq!(found.count(), 512);
+}
+
+#[test]
 fn symmetries_move_every_voxel() {
     let solid = noise([9, 7, 5], 3, 2, 50);
     let network = Network::new(&solid, &Run::default()).unwrap();
@@ -195,6 +206,119 @@ fn symmetries_move_every_voxel() {
     }
     let flat = Preimage::new(DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)), DVec3::ZERO);
     assert_eq!(flat, Err(MotionError::Flat));
+}
+
+proptest! {
+    #![proptest_config(crate::sweep::cases(40))]
+
+    #[test]
+    fn solids_move_in_the_world(
+        solid in solids(),
+        turn in prop::array::uniform4(-1.0f64..1.0),
+        scale in 0.5f64..2.0,
+        shift in prop::array::uniform3(-8.0f64..20.0),
+        about in prop::option::of(prop::array::uniform3(-3.0f64..9.0)),
+        quarter in any::<bool>(),
+    ) {
+        let mut solid = solid;
+        solid.placement = Placement { origin: [3.0, -1.0, 0.5], ..Placement::spacing([0.5; 3]) };
+        let linear = if quarter {
+            DMat3::from_cols_array(&[0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+        } else {
+            DMat3::from_quat(DQuat::from_array(turn).normalize()) * scale
+        };
+        let shift = if quarter { shift.map(|v| (2.0 * v).round() / 2.0) } else { shift };
+        let motion = Motion { linear: linear.to_cols_array_2d(), about, shift };
+        let found = transformed(&solid, &motion, &Run::default()).unwrap();
+        let Some(extent) = solid.extent() else {
+            prop_assert_eq!(found, solid);
+            return Ok(());
+        };
+        let middle = [0, 1, 2].map(|a| (extent.start[a] + extent.end[a] - 1) as f64 / 2.0);
+        let about = DVec3::from(about.unwrap_or_else(|| solid.placement.place(middle)));
+        let back = solid.placement.inverse().unwrap();
+        let mut sure = true;
+        for at in every_voxel(found.dims()) {
+            let world = DVec3::from(found.placement.place(at.map(f64::from)));
+            let from = linear.inverse() * (world - about - DVec3::from(shift)) + about;
+            let from = back.place(from.to_array());
+            let tie = from.iter().any(|v| ((v - 0.5).round() - (v - 0.5)).abs() < 1e-5);
+            let from = from.map(|v| (v + 0.5).floor());
+            let inside = from.iter().all(|&v| v >= 0.0) && solid.contains(from.map(|v| v as u32));
+            prop_assert!(tie || found.contains(at) == inside, "{:?} from {:?}", at, from);
+            sure &= !tie;
+        }
+        if quarter && sure {
+            prop_assert_eq!(found.count(), solid.count());
+        }
+    }
+
+    #[test]
+    fn solids_of_other_grids_are_brought_into_one(
+        solid in solids(),
+        other in solids(),
+        by in prop::array::uniform3(-9i64..9),
+        half in any::<bool>(),
+    ) {
+        let mut other = other;
+        // A quarter of a voxel off, each voxel has one in the other grid that holds its centre.
+        other.placement.origin = by.map(|v| v as f64 + if half { 0.25 } else { 0.0 });
+        for operation in [Operation::Union, Operation::Difference, Operation::SymmetricDifference] {
+            let both = vec![solid.clone(), other.clone()];
+            let both = framed(operation, both, &Run::default()).unwrap();
+            prop_assert_eq!(both[0].dims(), both[1].dims());
+            prop_assert_eq!(both[0].placement, both[1].placement);
+            for at in every_voxel(both[0].dims()) {
+                let world = both[0].placement.place(at.map(f64::from)).map(|v| v as i64);
+                let is_in = |solid: &Spans, at: [i64; 3]| {
+                    at.iter().all(|&i| i >= 0) && solid.contains(at.map(|i| i as u32))
+                };
+                prop_assert_eq!(both[0].contains(at), is_in(&solid, world));
+                let there = [0, 1, 2].map(|a| world[a] - by[a]);
+                prop_assert_eq!(both[1].contains(at), is_in(&other, there));
+            }
+            if operation != Operation::Difference {
+                prop_assert_eq!(both[0].count(), solid.count());
+                prop_assert_eq!(both[1].count(), other.count());
+            }
+        }
+    }
+
+    #[test]
+    fn octrees_are_counted_as_their_definition_says(solid in solids()) {
+        fn mixed(solid: &Spans, at: [u32; 3], side: u32) -> u64 {
+            let inside = |i: u32| {
+                let own = [i % side, i / side % side, i / side / side];
+                solid.contains(std::array::from_fn(|a| at[a] + own[a]))
+            };
+            let filled = (0..side.pow(3)).filter(|&i| inside(i)).count() as u32;
+            if filled == 0 || filled == side.pow(3) {
+                return 0;
+            }
+            let half = side / 2;
+            let child = |i: u32| std::array::from_fn(|a| at[a] + half * (i >> a & 1));
+            1 + (0..8).map(|i| mixed(solid, child(i), half)).sum::<u64>()
+        }
+        let count = octree(&solid);
+        let side = solid.dims().into_iter().max().map_or(1, usize::next_power_of_two);
+        prop_assert_eq!(count.mixed, mixed(&solid, [0; 3], side as u32));
+        prop_assert_eq!(count.nodes, 1 + 8 * count.mixed);
+    }
+}
+
+#[test]
+fn a_census_tells_all_three_counts() {
+    let full = solid([12; 3], |at| at.iter().all(|i| (1..11).contains(i)));
+    let census = census(&full, &Run::default()).unwrap();
+    assert_eq!((census.voxels, census.surface_voxels, census.faces), (1000, 488, 600));
+    let faces = &census.compressed[0];
+    assert_eq!((faces.reading, faces.nodes), (Reading::Faces, 26));
+    // Six loops around 8 x 8 voxels, 3 bits a step.
+    assert_eq!((faces.data.chain, faces.items), (6 * 32, 26 + 6 + 18));
+    let bits = 6 * 7 + 6 * 12 + 3 * 6 * 32 + 12 * 21 + 8 * 18;
+    assert_eq!(faces.bytes, u64::div_ceil(bits, 8));
+    // Of a 16^3 box: below each of 8 octants 8 nodes of side 4, and so on.
+    assert_eq!(census.octree.nodes, 1 + 8 * census.octree.mixed);
 }
 
 #[test]

@@ -1,0 +1,716 @@
+//! Octofold's own format of solids, `.ofn`: a network as the coded boundary of its solid.
+//!
+//! All numbers are little-endian; counts are of variable length, seven bits a byte, the lowest first.
+//!
+//! | bytes | what |
+//! | --- | --- |
+//! | 4 | `OFN` and the version, 1 |
+//! | 1 | flags: 1 archive mode, 2 bricks, 4 as many voxels along every axis, 8 a placement follows, 16 whose voxels are upright cubes; the upper three bits are the unit |
+//! | 1 or 3 counts | voxels along x, y and z |
+//! | 0, 32 or 96 | the placement: side and origin of upright cubes, or axes and origin |
+//! | count | runs of voxels along x |
+//!
+//! A stream takes the rest of the file but four bytes, which are the CRC-32C of all before them. With
+//! bricks there follow the length of their index, the index and the CRC-32C of all so far; then each
+//! brick's stream with its own CRC-32C before it. What the streams hold is told in
+//! [`octofold::network::code`].
+
+use crate::slabs::lost;
+use crate::source::Bytes;
+use crate::{At, ReadError, Sink, Source, WriteError, mapped::sound_placement};
+use octofold::network::MOST_VOXELS;
+use octofold::network::code::bricks::{self, Bricks, Content};
+use octofold::network::code::{CodeError, MOST_RUNS, Mode, Reader, SLAB, Writer};
+use octofold::spans::Spans;
+use octofold::volume::Region;
+use octofold::{LengthUnit, Placement, Run, Volume};
+
+const FORMAT: &str = "ofn";
+
+/// The name and version that a file begins with.
+pub(crate) const MAGIC: &[u8] = b"OFN\x01";
+
+const ARCHIVE: u8 = 1;
+const BRICKS: u8 = 2;
+const CUBE: u8 = 4;
+const PLACED: u8 = 8;
+const UPRIGHT: u8 = 16;
+
+/// Units, as the upper three bits of the flags count them from 1.
+const UNITS: [LengthUnit; 6] = [
+    LengthUnit::Micrometre,
+    LengthUnit::Millimetre,
+    LengthUnit::Centimetre,
+    LengthUnit::Inch,
+    LengthUnit::Foot,
+    LengthUnit::Metre,
+];
+
+/// Bytes of a checksum.
+const SUM: usize = 4;
+
+/// How a solid is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Layout {
+    /// How chances are found; bricks are always fast.
+    pub mode: Mode,
+    /// In bricks, so that any part can be read without the rest.
+    pub bricks: bool,
+}
+
+/// Reads the solid.
+pub fn read(source: &Source, run: &Run) -> Result<Box<dyn Volume>, ReadError> {
+    let file = File::open(source, run)?;
+    Ok(Box::new(file.solid(run)?))
+}
+
+/// Writes a binary volume as one stream in fast mode; any other does not fit.
+pub fn write(volume: &dyn Volume, sink: &mut Sink<'_>, run: &Run) -> Result<(), WriteError> {
+    write_as(volume, Layout::default(), sink, run)
+}
+
+/// Writes a binary volume.
+pub fn write_as(
+    volume: &dyn Volume,
+    layout: Layout,
+    sink: &mut Sink<'_>,
+    run: &Run,
+) -> Result<(), WriteError> {
+    if !volume.is_binary() {
+        let fact = "its voxels are full or empty only: `octofold net encode` finds what is inside";
+        return Err(WriteError::Unfit { format: FORMAT, fact: fact.into() });
+    }
+    let dims = volume.dims();
+    if let Some(voxels) = dims.into_iter().find(|&n| n > MOST_VOXELS) {
+        let fact = format!("{voxels} voxels along an axis; {MOST_VOXELS} are the most");
+        return Err(WriteError::Unfit { format: FORMAT, fact });
+    }
+    let solid = Spans::at_least(volume, 0.5, run)?;
+    run.stage("encode");
+    let bytes = if layout.bricks {
+        let (bricks, streams) = bricks::encode(&solid, run)?;
+        let mut runs = 0;
+        solid.for_each_row(|_, row| runs += row.len() as u64);
+        let mut out = header(&solid, layout, runs);
+        let index = bricks.to_bytes();
+        put_count(&mut out, index.len() as u64);
+        out.extend(index);
+        put_sum(&mut out);
+        for stream in streams {
+            out.extend(crc32c(&stream).to_le_bytes());
+            out.extend(stream);
+        }
+        out
+    } else {
+        let mut writer = SolidWriter::new(dims, volume.placement(), layout.mode);
+        writer.push(&solid, run)?;
+        writer.finish()
+    };
+    sink.out.write_all(&bytes).map_err(lost)
+}
+
+/// Writes a solid as one stream, slab after slab, without ever holding all of it.
+pub struct SolidWriter {
+    frame: Spans,
+    layout: Layout,
+    writer: Writer,
+}
+
+impl SolidWriter {
+    /// Before the first slice of a solid of `dims` voxels.
+    pub fn new(dims: [usize; 3], placement: Placement, mode: Mode) -> Self {
+        Self {
+            frame: Spans::empty(dims, placement),
+            layout: Layout { mode, bricks: false },
+            writer: Writer::new([dims[0], dims[1]], mode),
+        }
+    }
+
+    /// Adds the next slices.
+    pub fn push(&mut self, slab: &Spans, run: &Run) -> Result<(), octofold::Cancelled> {
+        self.writer.push(slab, run)
+    }
+
+    /// The whole file.
+    pub fn finish(self) -> Vec<u8> {
+        let (stream, runs) = self.writer.finish();
+        let mut out = header(&self.frame, self.layout, runs);
+        out.extend(stream);
+        put_sum(&mut out);
+        out
+    }
+}
+
+/// The bytes before a stream or an index.
+fn header(solid: &Spans, layout: Layout, runs: u64) -> Vec<u8> {
+    let (dims, placement) = (solid.dims(), solid.placement);
+    let plain = Placement { unit: placement.unit, ..Placement::default() };
+    let side = placement.axes[0][0];
+    let upright = placement.axes == Placement::spacing([side; 3]).axes;
+    let unit = placement.unit.and_then(|unit| UNITS.iter().position(|u| *u == unit));
+    let flag = |set, flag| if set { flag } else { 0 };
+    let mut out = MAGIC.to_vec();
+    out.push(
+        flag(layout.mode == Mode::Archive && !layout.bricks, ARCHIVE)
+            | flag(layout.bricks, BRICKS)
+            | flag(dims == [dims[0]; 3], CUBE)
+            | flag(placement != plain, PLACED)
+            | flag(placement != plain && upright, UPRIGHT)
+            | unit.map_or(0, |unit| (unit as u8 + 1) << 5),
+    );
+    let told = if dims == [dims[0]; 3] { &dims[..1] } else { &dims[..] };
+    told.iter().for_each(|&n| put_count(&mut out, n as u64));
+    if placement != plain {
+        let axes = placement.axes.as_flattened();
+        let axes = if upright { &axes[..1] } else { axes };
+        out.extend(axes.iter().chain(&placement.origin).flat_map(|v| v.to_le_bytes()));
+    }
+    put_count(&mut out, runs);
+    out
+}
+
+fn put_count(out: &mut Vec<u8>, mut count: u64) {
+    while count > 127 {
+        out.push(count as u8 | 128);
+        count >>= 7;
+    }
+    out.push(count as u8);
+}
+
+fn put_sum(out: &mut Vec<u8>) {
+    let sum = crc32c(out);
+    out.extend(sum.to_le_bytes());
+}
+
+/// A file whose header was read.
+pub struct File {
+    bytes: Bytes,
+    dims: [usize; 3],
+    placement: Placement,
+    mode: Mode,
+    runs: u64,
+    body: Body,
+}
+
+/// Where the solid is.
+enum Body {
+    /// In one stream.
+    Stream(std::ops::Range<usize>),
+    /// In bricks, whose streams begin there.
+    Bricks(Bricks, Vec<usize>),
+}
+
+impl File {
+    /// Reads the header, and the index where there is one; nothing else is read.
+    pub fn open(source: &Source, run: &Run) -> Result<Self, ReadError> {
+        let bytes = source.bytes.clone();
+        let mut head = Head { bytes: &bytes, next: 0 };
+        match head.take(4)? {
+            MAGIC => {}
+            [b'O', b'F', b'N', version] => {
+                let fact = format!("version {version} of the format is not known here");
+                return Err(ReadError::unsupported(FORMAT, fact));
+            }
+            _ => return Err(head.wrong("the file does not begin with OFN")),
+        }
+        let flags = head.take(1)?[0];
+        let mut dims = [head.dim()?; 3];
+        if flags & CUBE == 0 {
+            dims = [dims[0], head.dim()?, head.dim()?];
+        }
+        let mut placement = Placement::default();
+        if flags & PLACED != 0 {
+            placement = head.placement(flags & UPRIGHT != 0)?;
+            placement = sound_placement(placement, run);
+        }
+        placement.unit = match flags >> 5 {
+            0 => None,
+            unit => Some(*UNITS.get(unit as usize - 1).ok_or_else(|| head.wrong("no such unit"))?),
+        };
+        let runs = head.count()?;
+        if runs > MOST_RUNS {
+            let fact = format!("it holds {runs} runs of voxels; {MOST_RUNS} are read at most");
+            return Err(ReadError::unsupported(FORMAT, fact));
+        }
+        let mode = if flags & ARCHIVE != 0 { Mode::Archive } else { Mode::Fast };
+        let body = if flags & BRICKS != 0 {
+            let length = head.count()?;
+            let index = head.take(usize::try_from(length).unwrap_or(usize::MAX))?;
+            let end = head.next;
+            head.sum(0..end, end)?;
+            let rest = bytes.len() - end - SUM;
+            let index = Bricks::from_bytes(dims, index, rest as u64).map_err(damaged)?;
+            let mut start = end + SUM;
+            let starts = index.lengths().iter().map(|&length| {
+                let own = start;
+                start += SUM + length as usize;
+                own
+            });
+            let starts = starts.collect();
+            if start != bytes.len() {
+                let fact = format!("the bricks end at byte {start}, the file at {}", bytes.len());
+                return Err(ReadError::malformed(FORMAT, At::File, fact));
+            }
+            Body::Bricks(index, starts)
+        } else {
+            let end = bytes.len().checked_sub(SUM).filter(|&end| end >= head.next);
+            let Some(end) = end else { return Err(head.wrong("the file is cut off")) };
+            Body::Stream(head.next..end)
+        };
+        Ok(Self { bytes, dims, placement, mode, runs, body })
+    }
+
+    /// Voxels along x, y and z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// Where voxel centres lie in the world.
+    pub fn placement(&self) -> Placement {
+        self.placement
+    }
+
+    /// Runs of voxels along x.
+    pub fn runs(&self) -> u64 {
+        self.runs
+    }
+
+    /// Bytes of the file.
+    pub fn size(&self) -> u64 {
+        self.bytes.len() as u64
+    }
+
+    /// How the file was written.
+    pub fn layout(&self) -> Layout {
+        Layout { mode: self.mode, bricks: matches!(self.body, Body::Bricks(..)) }
+    }
+
+    /// Whether a voxel is in the solid; reads the brick that holds it, or the stream up to it.
+    pub fn contains(&self, at: [usize; 3], run: &Run) -> Result<bool, ReadError> {
+        if (0..3).any(|a| at[a] >= self.dims[a]) {
+            return Ok(false);
+        }
+        match &self.body {
+            Body::Bricks(index, starts) => match index.at(at) {
+                Content::Empty => Ok(false),
+                Content::Full => Ok(true),
+                Content::Stream(i) => {
+                    let stream = self.brick(index, starts, i)?;
+                    Bricks::is_filled(stream, at).map_err(damaged)
+                }
+            },
+            Body::Stream(_) => {
+                let mut slabs = self.slabs(run)?;
+                for _ in 0..at[2] / SLAB {
+                    slabs.next_slab(run)?;
+                }
+                let [x, y, z] = [at[0], at[1], at[2] % SLAB].map(|i| i as u32);
+                Ok(slabs.next_slab(run)?.is_some_and(|slab| slab.contains([x, y, z])))
+            }
+        }
+    }
+
+    /// The whole solid.
+    pub fn solid(&self, run: &Run) -> Result<Spans, ReadError> {
+        let mut slabs = self.slabs(run)?;
+        run.stage("decode");
+        let mut all = Vec::new();
+        while let Some(slab) = slabs.next_slab(run)? {
+            all.push(slab);
+        }
+        Ok(Spans::stack([self.dims[0], self.dims[1]], self.placement, all))
+    }
+
+    /// The part of the solid in a region of its box; of bricks only those in the region are read.
+    pub fn region(&self, region: Region, run: &Run) -> Result<Spans, ReadError> {
+        match &self.body {
+            Body::Bricks(index, starts) => {
+                let stream = |i| self.brick(index, starts, i).map_err(Failed);
+                let mut part = index.region(region, stream, run)?;
+                part.placement = self.placement;
+                part.placement.origin = self.placement.place(region.start.map(|i| i as f64));
+                Ok(part)
+            }
+            Body::Stream(_) => {
+                let mut slabs = self.slabs(run)?;
+                let mut all = Vec::new();
+                while let Some(slab) = slabs.next_slab(run)?
+                    && slabs.from.saturating_sub(SLAB) < region.end[2]
+                {
+                    all.push(slab);
+                }
+                let lower = Spans::stack([self.dims[0], self.dims[1]], self.placement, all);
+                Ok(lower.framed(region.start.map(|i| i as i64), region.dims()))
+            }
+        }
+    }
+
+    /// The solid, slab after slab.
+    pub fn slabs(&self, run: &Run) -> Result<Slabs<'_>, ReadError> {
+        let reader = match &self.body {
+            Body::Bricks(..) => None,
+            Body::Stream(range) => {
+                run.check()?;
+                let head = Head { bytes: &self.bytes, next: 0 };
+                head.sum(0..range.end, range.end)?;
+                let size = [self.dims[0], self.dims[1]];
+                Some(Reader::new(size, self.mode, &self.bytes[range.clone()], self.runs))
+            }
+        };
+        Ok(Slabs { file: self, reader, from: 0 })
+    }
+
+    /// The stream of a brick.
+    fn brick(&self, index: &Bricks, starts: &[usize], i: u32) -> Result<&[u8], ReadError> {
+        let start = starts[i as usize] + SUM;
+        let end = start + index.lengths()[i as usize] as usize;
+        Head { bytes: &self.bytes, next: 0 }.sum(start..end, start - SUM)?;
+        Ok(&self.bytes[start..end])
+    }
+}
+
+/// The slabs of a solid, the lowest first.
+pub struct Slabs<'a> {
+    file: &'a File,
+    reader: Option<Reader<'a>>,
+    from: usize,
+}
+
+impl Slabs<'_> {
+    /// The next slices, 64 or what is left; `None` behind the last.
+    pub fn next_slab(&mut self, run: &Run) -> Result<Option<Spans>, ReadError> {
+        let [width, height, depth] = self.file.dims;
+        let start = self.from;
+        let end = (start + SLAB).min(depth);
+        if start == end {
+            return Ok(None);
+        }
+        self.from = end;
+        match &mut self.reader {
+            Some(reader) => Ok(Some(reader.pull(end - start, run).map_err(damaged)?)),
+            None => {
+                let region = Region { start: [0, 0, start], end: [width, height, end] };
+                let mut slab = self.file.region(region, run)?;
+                slab.placement = Placement::default();
+                Ok(Some(slab))
+            }
+        }
+    }
+}
+
+/// An error on the way through bricks.
+struct Failed(ReadError);
+
+impl From<CodeError> for Failed {
+    fn from(error: CodeError) -> Self {
+        Self(damaged(error))
+    }
+}
+
+impl From<octofold::Cancelled> for Failed {
+    fn from(error: octofold::Cancelled) -> Self {
+        Self(error.into())
+    }
+}
+
+impl From<Failed> for ReadError {
+    fn from(Failed(error): Failed) -> Self {
+        error
+    }
+}
+
+fn damaged(error: CodeError) -> ReadError {
+    match error {
+        CodeError::Cancelled(cancelled) => cancelled.into(),
+        error => ReadError::malformed(FORMAT, At::File, error.to_string()),
+    }
+}
+
+/// The header while it is read.
+struct Head<'a> {
+    bytes: &'a [u8],
+    next: usize,
+}
+
+impl<'a> Head<'a> {
+    fn wrong(&self, fact: impl Into<String>) -> ReadError {
+        ReadError::malformed(FORMAT, At::Byte(self.next as u64), fact)
+    }
+
+    fn take(&mut self, count: usize) -> Result<&'a [u8], ReadError> {
+        let rest = &self.bytes[self.next..];
+        let taken = rest.get(..count).ok_or_else(|| self.wrong("the file is cut off"))?;
+        self.next += count;
+        Ok(taken)
+    }
+
+    fn count(&mut self) -> Result<u64, ReadError> {
+        let mut count = 0;
+        for shift in (0..63).step_by(7) {
+            let byte = self.take(1)?[0];
+            count |= u64::from(byte & 127) << shift;
+            if byte < 128 {
+                return Ok(count);
+            }
+        }
+        Err(self.wrong("a count does not end"))
+    }
+
+    fn dim(&mut self) -> Result<usize, ReadError> {
+        match self.count()? {
+            0 => Err(self.wrong("there are no voxels along an axis")),
+            n if n > MOST_VOXELS as u64 => {
+                Err(self.wrong(format!("{n} voxels along an axis; {MOST_VOXELS} are the most")))
+            }
+            n => Ok(n as usize),
+        }
+    }
+
+    fn placement(&mut self, upright: bool) -> Result<Placement, ReadError> {
+        let mut number = || -> Result<f64, ReadError> {
+            let bytes = self.take(8)?;
+            Ok(bytes.try_into().map_or(0.0, f64::from_le_bytes))
+        };
+        let mut placement = Placement::default();
+        if upright {
+            placement = Placement::spacing([number()?; 3]);
+        } else {
+            for v in placement.axes.as_flattened_mut() {
+                *v = number()?;
+            }
+        }
+        for v in &mut placement.origin {
+            *v = number()?;
+        }
+        Ok(placement)
+    }
+
+    /// Checks the sum that stands at `at` for the bytes of `range`.
+    fn sum(&self, range: std::ops::Range<usize>, at: usize) -> Result<(), ReadError> {
+        let told = self.bytes.get(at..at + SUM).and_then(|b| b.try_into().ok());
+        if told.map(u32::from_le_bytes) == Some(crc32c(&self.bytes[range])) {
+            return Ok(());
+        }
+        let fact = "the checksum is wrong: the file is damaged or cut off";
+        Err(ReadError::malformed(FORMAT, At::Byte(at as u64), fact))
+    }
+}
+
+/// The CRC-32C (Castagnoli) of bytes.
+fn crc32c(bytes: &[u8]) -> u32 {
+    const TABLE: [u32; 256] = {
+        let mut table = [0; 256];
+        let mut i = 0;
+        while i < 256 {
+            let mut value = i as u32;
+            let mut bit = 0;
+            while bit < 8 {
+                value = if value & 1 == 1 { value >> 1 ^ 0x82F6_3B78 } else { value >> 1 };
+                bit += 1;
+            }
+            table[i] = value;
+            i += 1;
+        }
+        table
+    };
+    !bytes.iter().fold(u32::MAX, |sum, &b| sum >> 8 ^ TABLE[(sum as u8 ^ b) as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use octofold::volume::DenseVolume;
+
+    const LAYOUTS: [Layout; 3] = [
+        Layout { mode: Mode::Fast, bricks: false },
+        Layout { mode: Mode::Archive, bricks: false },
+        Layout { mode: Mode::Fast, bricks: true },
+    ];
+
+    /// A ball with a hole, as dense samples.
+    fn ball(dims: [usize; 3], placement: Placement) -> DenseVolume<u8> {
+        let mut samples = Vec::new();
+        for z in 0..dims[2] {
+            for y in 0..dims[1] {
+                for x in 0..dims[0] {
+                    let off = [x, y, z].map(|i| (2 * i) as i64 - dims[2] as i64);
+                    let inside =
+                        off.iter().map(|v| v * v).sum::<i64>() < (dims[2] * dims[2]) as i64;
+                    samples.push(u8::from(inside && (x > 5 || y != 7)));
+                }
+            }
+        }
+        let mut volume = DenseVolume::new(dims, samples, placement).unwrap();
+        volume.binary = true;
+        volume
+    }
+
+    fn written(volume: &dyn Volume, layout: Layout) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        write_as(volume, layout, &mut Sink::new(&mut bytes, "x"), &Run::default()).unwrap();
+        bytes
+    }
+
+    fn open(bytes: &[u8]) -> Result<File, ReadError> {
+        File::open(&Source::from_bytes("x.ofn", bytes), &Run::default())
+    }
+
+    fn samples(volume: &dyn Volume, region: Region) -> Vec<f64> {
+        let block = volume.read(region).unwrap();
+        (0..block.len()).map(|i| block.value(i)).collect()
+    }
+
+    #[test]
+    fn every_layout_keeps_everything() {
+        let turned = Placement {
+            axes: [[0.0, 2.0, 0.0], [-2.0, 0.0, 0.0], [0.0, 0.0, 3.5]],
+            origin: [1.0, -2.0, 0.25],
+            unit: Some(LengthUnit::Metre),
+        };
+        let upright = Placement { origin: [0.1; 3], ..Placement::spacing([0.5; 3]) };
+        let in_feet = Placement { unit: Some(LengthUnit::Foot), ..Placement::default() };
+        for (dims, placement) in [
+            ([70, 66, 65], turned),
+            ([67, 67, 67], upright),
+            ([130, 3, 9], in_feet),
+            ([1, 1, 1], Placement::default()),
+        ] {
+            let volume = ball(dims, placement);
+            for layout in LAYOUTS {
+                let bytes = written(&volume, layout);
+                let file = open(&bytes).unwrap();
+                assert_eq!(
+                    (file.dims(), file.layout(), file.size()),
+                    (dims, layout, bytes.len() as u64)
+                );
+                assert_eq!(file.placement(), placement);
+                let run = Run::default();
+                let solid = file.solid(&run).unwrap();
+                assert_eq!(solid.placement, placement);
+                assert_eq!(samples(&solid, Region::all(dims)), samples(&volume, Region::all(dims)));
+                let start = dims.map(|n| n / 3);
+                let region = Region { start, end: dims.map(|n| (n / 3 + 20).min(n)) };
+                let part = file.region(region, &run).unwrap();
+                let all = Region::all(region.dims());
+                assert_eq!(samples(&part, all), samples(&volume, region));
+                assert_eq!(
+                    part.placement.place([0.0; 3]),
+                    placement.place(start.map(|i| i as f64))
+                );
+                for at in [[0; 3], start, dims.map(|n| n - 1), dims] {
+                    let expected = solid.contains(at.map(|i| i as u32));
+                    assert_eq!(file.contains(at, &run).unwrap(), expected, "{at:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn files_are_pinned_byte_for_byte() {
+        let upright = Placement { origin: [0.0, 1.0, 0.0], ..Placement::spacing([0.5; 3]) };
+        let hex = |layout| -> String {
+            let bytes = written(&ball([9, 8, 8], upright), layout);
+            bytes.iter().map(|b| format!("{b:02x}")).collect()
+        };
+        let pinned = [
+            concat!(
+                "4f464e0118090808000000000000e03f0000000000000000000000000000f03f00000000",
+                "000000002b038eecbfbaa866735eaf2294f38ac0d0f66030db8e3302",
+            ),
+            concat!(
+                "4f464e0119090808000000000000e03f0000000000000000000000000000f03f00000000",
+                "000000002b038ee8abcdc35db1e5f135a1846518a05ce935723f",
+            ),
+            concat!(
+                "4f464e011a090808000000000000e03f0000000000000000000000000000f03f00000000",
+                "000000002b02c340b98b94f44a2032380951207014e7951089cc55066ffcf1bff48174ca",
+            ),
+        ];
+        assert_eq!(LAYOUTS.map(hex), pinned);
+    }
+
+    #[test]
+    fn damage_is_an_error_even_where_sums_are_mended() {
+        let volume = ball([70, 20, 66], Placement::spacing([2.0; 3]));
+        let mut state = 0x2545_f491_4f6c_dd1du64;
+        let mut random = move || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state as usize
+        };
+        for layout in LAYOUTS {
+            let bytes = written(&volume, layout);
+            let sums = sums(&bytes);
+            for round in 0..120 {
+                let mut damaged = bytes.clone();
+                for _ in 0..1 + random() % 3 {
+                    // Headers more often than streams.
+                    let end = if round % 2 == 0 { 60 } else { bytes.len() };
+                    let at = random() % end.min(bytes.len());
+                    damaged[at] = random() as u8;
+                }
+                let read = |bytes: &[u8]| {
+                    let run = Run::default();
+                    let file = open(bytes)?;
+                    // A damaged count may ask for more work than a test should do.
+                    let slabs = file.slabs(&run)?.next_slab(&run)?;
+                    file.contains([3, 4, 5], &run)?;
+                    Ok::<_, ReadError>(slabs)
+                };
+                if damaged != bytes && !layout.bricks {
+                    assert!(read(&damaged).is_err(), "a sum must tell");
+                }
+                for (range, at) in &sums {
+                    let sum = crc32c(&damaged[range.clone()]);
+                    damaged[*at..at + SUM].copy_from_slice(&sum.to_le_bytes());
+                }
+                let _ = read(&damaged);
+            }
+        }
+    }
+
+    /// Where sums stand, and of which bytes.
+    fn sums(bytes: &[u8]) -> Vec<(std::ops::Range<usize>, usize)> {
+        match &open(bytes).unwrap().body {
+            Body::Stream(range) => vec![(0..range.end, range.end)],
+            Body::Bricks(index, starts) => {
+                let head = starts[0] - SUM;
+                let streams = starts
+                    .iter()
+                    .zip(index.lengths())
+                    .map(|(&start, &length)| (start + SUM..start + SUM + length as usize, start));
+                std::iter::once((0..head, head)).chain(streams).collect()
+            }
+        }
+    }
+
+    #[test]
+    fn absurd_headers_are_refused() {
+        let summed = |mut bytes: Vec<u8>| {
+            put_sum(&mut bytes);
+            bytes
+        };
+        let head = |flags: u8, rest: &[u8]| summed([MAGIC, &[flags], rest].concat());
+        for (bytes, says) in [
+            (b"OFN\x02....".to_vec(), "version 2"),
+            (b"VOX ".to_vec(), "does not begin"),
+            (head(CUBE, &[0]), "no voxels"),
+            (head(CUBE, &[0x81, 0x80, 0x04]), "65537 voxels"),
+            (head(CUBE, &[255; 12]), "does not end"),
+            (head(CUBE | 7 << 5, &[1, 1]), "no such unit"),
+            (head(CUBE, &[1, 255, 255, 255, 255, 15]), "runs of voxels"),
+            (head(CUBE | PLACED, &[1, 1]), "cut off"),
+            (head(CUBE | BRICKS, &[128, 128, 4, 1, 0]), "damaged"),
+            (head(CUBE | BRICKS, &[1, 1, 100]), "cut off"),
+        ] {
+            let error = open(&bytes).err().unwrap().to_string();
+            assert!(error.contains(says), "{error}");
+        }
+        // 65536 voxels along each axis, and nothing in them.
+        let empty = open(&head(CUBE, &[128, 128, 4, 0])).unwrap();
+        assert_eq!(empty.dims(), [1 << 16; 3]);
+        assert!(open(&summed(MAGIC.to_vec())).is_err());
+        assert_eq!(crc32c(b"123456789"), 0xE306_9283);
+    }
+}
