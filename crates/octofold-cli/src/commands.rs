@@ -11,6 +11,7 @@ mod repair;
 mod run;
 mod sample;
 mod surface;
+mod unfold;
 mod voxelize;
 
 use crate::job::{Job, Outcome};
@@ -35,6 +36,8 @@ pub enum Command {
     Surface(surface::Args),
     /// Turn any polygons into a closed mesh that does not meet itself
     Repair(repair::Args),
+    /// Turn a mesh into sheets of paper to cut, fold and glue
+    Unfold(unfold::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
     /// Repeat a paper's experiments beside its published figures
@@ -57,6 +60,7 @@ impl Command {
             Self::Voxelize(_) => "voxelize",
             Self::Surface(_) => "surface",
             Self::Repair(_) => "repair",
+            Self::Unfold(_) => "unfold",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
             Self::Run(_) => "run",
@@ -76,6 +80,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Voxelize(args) => args.run(job),
         Command::Surface(args) => args.run(job),
         Command::Repair(args) => args.run(job),
+        Command::Unfold(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),

@@ -146,6 +146,11 @@ impl Opened {
         self.format.kind()
     }
 
+    /// True where the format's models stand along y by convention.
+    pub fn stands_along_y(&self) -> bool {
+        matches!(self.format, Format::Gltf | Format::Glb | Format::Obj)
+    }
+
     /// Reads the shape.
     pub fn read(&self, run: &Run) -> Result<Shape> {
         run.stage("read");

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use octofold::measure::{self, Measures, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
 use octofold::repair::RepairOptions;
-use octofold::report::{Answer, RepairReport, Report, ShapeMeasures};
+use octofold::report::{Answer, RepairReport, Report, ShapeMeasures, UnfoldReport};
 use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Mesh, Run};
 use std::io::Write;
@@ -52,6 +52,8 @@ pub struct Account {
     pub surface: Option<SurfaceAccount>,
     /// What was repaired.
     pub repair: Option<RepairReport>,
+    /// What was unfolded.
+    pub unfold: Option<UnfoldReport>,
 }
 
 impl Job {
@@ -167,7 +169,7 @@ impl Job {
     }
 
     /// Measures for the report; nothing is measured that nobody asked for.
-    fn measures(&self, shape: &Shape) -> Result<Option<ShapeMeasures>> {
+    pub fn measures(&self, shape: &Shape) -> Result<Option<ShapeMeasures>> {
         Ok(if self.json { Some(ShapeMeasures::of(shape, &self.run)?) } else { None })
     }
 
@@ -198,7 +200,7 @@ impl Job {
         if !self.json {
             return Ok(());
         }
-        let Account { answer, steps, input, output, surface, repair } = account;
+        let Account { answer, steps, input, output, surface, repair, unfold } = account;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: self.command,
@@ -211,6 +213,7 @@ impl Job {
             output,
             surface,
             repair,
+            unfold,
             findings,
         };
         self.answer(&serde_json::to_string_pretty(&report)?)

@@ -8,6 +8,7 @@ use crate::pipeline::{Kind, Shape, Step};
 use crate::repair::RepairAccount;
 use crate::run::{Finding, Run};
 use crate::surface::SurfaceAccount;
+use crate::unfold::{UnfoldAccount, UnfoldOptions};
 use crate::volume::{Placement, Region, ScalarType, Volume, VolumeError};
 use serde::Serialize;
 
@@ -40,8 +41,20 @@ pub struct Report {
     pub surface: Option<SurfaceAccount>,
     /// What a repair tells of its own work.
     pub repair: Option<RepairReport>,
+    /// What unfolding tells of its own work.
+    pub unfold: Option<UnfoldReport>,
     /// Odd things that did not stop the work.
     pub findings: Vec<Finding>,
+}
+
+/// How a mesh was unfolded, and what came of it.
+#[derive(Debug, Clone, Serialize)]
+pub struct UnfoldReport {
+    /// What was asked for.
+    pub options: UnfoldOptions,
+    /// What was done.
+    #[serde(flatten)]
+    pub account: UnfoldAccount,
 }
 
 /// What was repaired, and what is proved of the file that was written.

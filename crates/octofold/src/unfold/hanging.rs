@@ -1,0 +1,299 @@
+//! A tree of facets laid out in the plane, which counts the pairs that lie on one another and can
+//! hang any subtree elsewhere.
+
+use super::grid::Grid;
+use super::patch::{Outline, Patch};
+use super::plane::{Bounds, Motion};
+
+/// Marks the root, which hangs on nothing.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A spanning tree of a patch in the plane.
+pub(super) struct Hanging<'a> {
+    patch: &'a Patch,
+    parent: Vec<u32>,
+    by: Vec<u32>,
+    children: Vec<Vec<u32>>,
+    places: Vec<Motion>,
+    outlines: Vec<Outline>,
+    bounds: Vec<Bounds>,
+    grid: Grid,
+    meets: Vec<Vec<u32>>,
+    pairs: usize,
+    /// Facets that lie on others, and where each stands in that list.
+    hit: Vec<u32>,
+    hit_at: Vec<u32>,
+    /// The visit that last saw a facet, and the subtree that last held it.
+    seen: Vec<u32>,
+    inside: Vec<u32>,
+    visit: u32,
+    subtree: u32,
+    scratch: Outline,
+}
+
+impl<'a> Hanging<'a> {
+    /// Lays out `tree`, which must span the patch.
+    pub fn new(patch: &'a Patch, tree: &[u32]) -> Self {
+        let n = patch.len();
+        let mut hanging = Self {
+            patch,
+            parent: vec![NONE; n],
+            by: vec![NONE; n],
+            children: vec![Vec::new(); n],
+            places: vec![Motion::REST; n],
+            outlines: patch.outlines.clone(),
+            bounds: patch.outlines.iter().map(Outline::bounds).collect(),
+            grid: patch.grid(),
+            meets: vec![Vec::new(); n],
+            pairs: 0,
+            hit: Vec::new(),
+            hit_at: vec![NONE; n],
+            seen: vec![0; n],
+            inside: vec![0; n],
+            visit: 0,
+            subtree: 0,
+            scratch: Outline::default(),
+        };
+        let order = patch.spread(0, tree);
+        let mut on = vec![false; patch.hinges.len()];
+        tree.iter().for_each(|&h| on[h as usize] = true);
+        let mut placed = vec![false; n];
+        for &(facet, motion) in &order {
+            placed[facet as usize] = true;
+            for &h in patch.at[facet as usize].iter().filter(|&&h| on[h as usize]) {
+                let other = patch.other(h, facet);
+                if !placed[other as usize] && hanging.parent[other as usize] == NONE {
+                    hanging.parent[other as usize] = facet;
+                    hanging.by[other as usize] = h;
+                    hanging.children[facet as usize].push(other);
+                }
+            }
+            hanging.put(facet, motion);
+        }
+        hanging
+    }
+
+    /// Pairs of facets that lie on one another.
+    pub fn pairs(&self) -> usize {
+        self.pairs
+    }
+
+    /// All such pairs, the lower facet first, in order.
+    pub fn list_pairs(&self) -> Vec<[u32; 2]> {
+        let of = |(f, others): (usize, &Vec<u32>)| {
+            let f = f as u32;
+            others.iter().filter(move |&&g| f < g).map(move |&g| [f, g]).collect::<Vec<_>>()
+        };
+        let mut pairs: Vec<[u32; 2]> = self.meets.iter().enumerate().flat_map(of).collect();
+        pairs.sort_unstable();
+        pairs
+    }
+
+    /// The facets that lie on others.
+    pub fn hit(&self) -> &[u32] {
+        &self.hit
+    }
+
+    /// The facets that `facet` lies on.
+    pub fn meets(&self, facet: u32) -> &[u32] {
+        &self.meets[facet as usize]
+    }
+
+    /// The facet that `facet` hangs on, [`NONE`] for the root.
+    pub fn parent(&self, facet: u32) -> u32 {
+        self.parent[facet as usize]
+    }
+
+    /// The hinge by which `facet` hangs.
+    pub fn by(&self, facet: u32) -> u32 {
+        self.by[facet as usize]
+    }
+
+    /// The hinges of the tree, in order.
+    pub fn tree(&self) -> Vec<u32> {
+        let mut tree: Vec<u32> = self.by.iter().copied().filter(|&h| h != NONE).collect();
+        tree.sort_unstable();
+        tree
+    }
+
+    /// Makes `root` the root. Nothing moves.
+    pub fn root_at(&mut self, root: u32) {
+        let (mut at, mut above, mut hinge) = (root, NONE, NONE);
+        loop {
+            let next = std::mem::replace(&mut self.parent[at as usize], above);
+            let own = std::mem::replace(&mut self.by[at as usize], hinge);
+            if next == NONE {
+                return;
+            }
+            self.leave(next, at);
+            self.children[at as usize].push(next);
+            (above, at, hinge) = (at, next, own);
+        }
+    }
+
+    /// The facets that hang on `facet`, itself first, and marks them for [`Self::is_inside`].
+    pub fn take_subtree(&mut self, facet: u32) -> Vec<u32> {
+        self.subtree += 1;
+        let mut all = vec![facet];
+        let mut next = 0;
+        while let Some(&f) = all.get(next) {
+            next += 1;
+            self.inside[f as usize] = self.subtree;
+            all.extend_from_slice(&self.children[f as usize]);
+        }
+        all
+    }
+
+    /// True where `facet` is in the subtree taken last.
+    pub fn is_inside(&self, facet: u32) -> bool {
+        self.inside[facet as usize] == self.subtree
+    }
+
+    /// Pairs with one facet in the subtree taken last, which is `subtree`, and one outside.
+    pub fn crossing(&self, subtree: &[u32]) -> usize {
+        let outside = |&f: &u32| self.meets(f).iter().filter(|&&g| !self.is_inside(g)).count();
+        subtree.iter().map(outside).sum()
+    }
+
+    /// How many facets outside the subtree taken last it would lie on if it hung by `hinge`; counts
+    /// no further than just above `most`.
+    pub fn crossing_by(&mut self, subtree: &[u32], hinge: u32, most: usize) -> usize {
+        let moved = self.moved_by(subtree[0], hinge);
+        let mut found = 0;
+        let mut outline = std::mem::take(&mut self.scratch);
+        for &facet in subtree {
+            self.outlines[facet as usize].place_into(&moved, &mut outline);
+            self.visit += 1;
+            let (visit, subtree, slack) = (self.visit, self.subtree, self.patch.slack);
+            let bounds = outline.bounds();
+            let Self { grid, seen, inside, outlines, bounds: boxes, .. } = self;
+            grid.near(&bounds, |other| {
+                let o = other as usize;
+                let fresh = std::mem::replace(&mut seen[o], visit) != visit;
+                if fresh
+                    && inside[o] != subtree
+                    && bounds.meet(&boxes[o], slack)
+                    && outline.meets(&outlines[o], slack)
+                {
+                    found += 1;
+                }
+                found > most
+            });
+            if found > most {
+                break;
+            }
+        }
+        self.scratch = outline;
+        found
+    }
+
+    /// Hangs the subtree taken last by `hinge`.
+    pub fn hang(&mut self, subtree: &[u32], hinge: u32) {
+        let moved = self.moved_by(subtree[0], hinge);
+        let top = subtree[0];
+        for &facet in subtree {
+            for other in std::mem::take(&mut self.meets[facet as usize]) {
+                if self.is_inside(other) {
+                    self.meets[facet as usize].push(other);
+                } else {
+                    let back = &mut self.meets[other as usize];
+                    if let Some(place) = back.iter().position(|&f| f == facet) {
+                        back.swap_remove(place);
+                    }
+                    self.pairs -= 1;
+                    self.mark_hit(other);
+                }
+            }
+            self.mark_hit(facet);
+            self.grid.remove(facet, &self.bounds[facet as usize]);
+        }
+        let mut found = Vec::new();
+        for &facet in subtree {
+            let f = facet as usize;
+            self.places[f] = moved.after(&self.places[f]);
+            let placed = self.patch.outlines[f].placed(&self.places[f]);
+            (self.bounds[f], self.outlines[f]) = (placed.bounds(), placed);
+            // The others of the subtree are not in the grid yet.
+            self.find(facet, &mut found);
+            found.drain(..).for_each(|other| self.meet(facet, other));
+        }
+        for &facet in subtree {
+            self.grid.insert(facet, &self.bounds[facet as usize]);
+        }
+        let (old, new) = (self.parent[top as usize], self.patch.other(hinge, top));
+        self.leave(old, top);
+        self.parent[top as usize] = new;
+        self.by[top as usize] = hinge;
+        self.children[new as usize].push(top);
+    }
+
+    /// How the subtree of `top` moves when it is hung by `hinge`.
+    fn moved_by(&self, top: u32, hinge: u32) -> Motion {
+        let to = self.patch.other(hinge, top);
+        let place = self.places[to as usize].after(&self.patch.beyond(hinge, to));
+        place.after(&self.places[top as usize].inverse())
+    }
+
+    fn put(&mut self, facet: u32, motion: Motion) {
+        let f = facet as usize;
+        self.places[f] = motion;
+        self.outlines[f] = self.patch.outlines[f].placed(&motion);
+        self.bounds[f] = self.outlines[f].bounds();
+        let mut found = Vec::new();
+        self.find(facet, &mut found);
+        found.into_iter().for_each(|other| self.meet(facet, other));
+        self.grid.insert(facet, &self.bounds[f]);
+    }
+
+    /// The facets of the grid that `facet` lies on.
+    fn find(&mut self, facet: u32, found: &mut Vec<u32>) {
+        self.visit += 1;
+        let (visit, slack, f) = (self.visit, self.patch.slack, facet as usize);
+        let Self { grid, seen, outlines, bounds, .. } = self;
+        grid.near(&bounds[f], |other| {
+            let o = other as usize;
+            let fresh = std::mem::replace(&mut seen[o], visit) != visit;
+            if fresh
+                && bounds[f].meet(&bounds[o], slack)
+                && outlines[f].meets(&outlines[o], slack)
+            {
+                found.push(other);
+            }
+            false
+        });
+    }
+
+    fn meet(&mut self, a: u32, b: u32) {
+        self.meets[a as usize].push(b);
+        self.meets[b as usize].push(a);
+        self.pairs += 1;
+        self.mark_hit(a);
+        self.mark_hit(b);
+    }
+
+    /// Keeps the list of facets that lie on others.
+    fn mark_hit(&mut self, facet: u32) {
+        let place = self.hit_at[facet as usize];
+        match (self.meets[facet as usize].is_empty(), place) {
+            (false, NONE) => {
+                self.hit_at[facet as usize] = self.hit.len() as u32;
+                self.hit.push(facet);
+            }
+            (true, place) if place != NONE => {
+                self.hit.swap_remove(place as usize);
+                if let Some(&moved) = self.hit.get(place as usize) {
+                    self.hit_at[moved as usize] = place;
+                }
+                self.hit_at[facet as usize] = NONE;
+            }
+            _ => {}
+        }
+    }
+
+    fn leave(&mut self, parent: u32, child: u32) {
+        let children = &mut self.children[parent as usize];
+        if let Some(place) = children.iter().position(|&c| c == child) {
+            children.swap_remove(place);
+        }
+    }
+}
