@@ -94,7 +94,13 @@ const HEIGHTS: [f64; 5] = [2.4, 1.9, 1.5, 1.2, 0.9];
 pub(crate) fn pages(pattern: &Pattern) -> Vec<Drawing> {
     let mut pages = vec![Drawing::default(); pattern.pages as usize];
     for (number, piece) in (1..).zip(&pattern.pieces) {
-        draw_piece(&mut pages[piece.page as usize], piece, number);
+        let page = &mut pages[piece.page as usize];
+        for (tile, colours) in piece.tiles.iter().zip(std::iter::repeat(&pattern.mesh.colours)) {
+            let Some(colours) = colours else { break };
+            let points = tile.corners.iter().map(|c| point(c.at)).collect();
+            page.fills.push(Paint { colour: colours[tile.face as usize], points });
+        }
+        draw_piece(page, piece, number);
     }
     for strip in &pattern.strips {
         let page = &mut pages[strip.page as usize];

@@ -1,27 +1,33 @@
 //! The front door for papercraft sheets: patterns to PDF, SVG, DXF and FOLD.
 
 use crate::columns::sink_error;
-use crate::drawing::pages;
-use crate::{WriteError, save, svg};
+use crate::drawing::{Drawing, pages};
+use crate::{Sink, WriteError, dxf, fold, pdf, save, svg};
 use octofold::unfold::Pattern;
-use octofold::{Run, SoupBuilder};
-use std::path::Path;
+use octofold::{Run, ShapeError, SoupBuilder};
+use std::path::{Path, PathBuf};
 
 /// File formats that hold sheets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum SheetFormat {
+    Pdf,
     Svg,
+    Dxf,
+    Fold,
 }
 
 impl SheetFormat {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Svg];
+    pub const ALL: [Self; 4] = [Self::Pdf, Self::Svg, Self::Dxf, Self::Fold];
 
     /// Name, which is also the ending of files.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Pdf => "pdf",
             Self::Svg => "svg",
+            Self::Dxf => "dxf",
+            Self::Fold => "fold",
         }
     }
 
@@ -36,8 +42,8 @@ impl SheetFormat {
 
 /// Writes a pattern: all files, or none of them.
 ///
-/// SVG takes a file for each page, numbered where there are several, and the unfolded mesh as OBJ
-/// beside them.
+/// PDF and FOLD hold all pages. SVG and DXF take a file for each, numbered where there are several;
+/// beside an SVG stands the unfolded mesh as OBJ.
 pub fn write_sheets(
     pattern: &Pattern,
     path: &Path,
@@ -45,26 +51,64 @@ pub fn write_sheets(
     run: &Run,
 ) -> Result<(), WriteError> {
     let drawings = pages(pattern);
+    let title = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match format {
-        SheetFormat::Svg => {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let several = drawings.len() > 1;
-            let first = if several { path.with_file_name(format!("{stem}-1.svg")) } else { path.into() };
-            save(&first, |sink| {
-                for (page, drawing) in (0..).zip(&drawings) {
-                    run.check()?;
-                    let text = svg::page(pattern, drawing, page);
-                    if page == 0 {
-                        sink.out.write_all(text.as_bytes()).map_err(sink_error)?;
-                    } else {
-                        sink.beside(format!("{stem}-{}.svg", page + 1), text.into_bytes());
-                    }
-                }
-                sink.beside(format!("{stem}.obj"), mesh_text(pattern, run)?);
-                Ok(())
-            })
+        SheetFormat::Pdf => save(path, |sink| {
+            let bytes = pdf::document(pattern, &drawings, &title).map_err(sink_error)?;
+            sink.out.write_all(&bytes).map_err(sink_error)
+        }),
+        SheetFormat::Fold => save(path, |sink| {
+            sink.out.write_all(fold::document(pattern, &title).as_bytes()).map_err(sink_error)
+        }),
+        SheetFormat::Svg => save(&first(path, drawings.len()), |sink| {
+            let page = |number, drawing: &Drawing| svg::page(pattern, drawing, number);
+            page_by_page(sink, path, &drawings, page, run)?;
+            sink.beside(format!("{title}.obj"), mesh_text(pattern, run)?);
+            Ok(())
+        }),
+        SheetFormat::Dxf => save(&first(path, drawings.len()), |sink| {
+            page_by_page(sink, path, &drawings, |_, drawing| dxf::page(drawing), run)
+        }),
+    }
+    .map_err(|error| match error {
+        WriteError::Io { source, .. } => WriteError::Io { path: path.into(), source },
+        other => other,
+    })
+}
+
+/// The name of a page's file.
+fn numbered(path: &Path, page: usize, pages: usize) -> PathBuf {
+    if pages < 2 {
+        return path.into();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{}.{ending}", page + 1))
+}
+
+fn first(path: &Path, pages: usize) -> PathBuf {
+    numbered(path, 0, pages)
+}
+
+/// Writes a text for each page, the first into the main file and the others beside it.
+fn page_by_page(
+    sink: &mut Sink<'_>,
+    path: &Path,
+    drawings: &[Drawing],
+    text: impl Fn(u32, &Drawing) -> String,
+    run: &Run,
+) -> Result<(), WriteError> {
+    for (page, drawing) in drawings.iter().enumerate() {
+        run.check()?;
+        let text = text(page as u32, drawing).into_bytes();
+        if page == 0 {
+            sink.out.write_all(&text).map_err(sink_error)?;
+        } else {
+            let name = numbered(path, page, drawings.len());
+            sink.beside(name.file_name().unwrap_or_default().to_string_lossy(), text);
         }
     }
+    Ok(())
 }
 
 /// The unfolded mesh as OBJ.
@@ -72,9 +116,9 @@ fn mesh_text(pattern: &Pattern, run: &Run) -> Result<Vec<u8>, WriteError> {
     let mut builder = SoupBuilder::default();
     builder.points.clone_from(&pattern.mesh.points);
     pattern.mesh.faces.iter().for_each(|face| builder.face(face));
-    let unfit = |e: octofold::ShapeError| WriteError::Unfit { format: "obj", fact: e.to_string() };
+    let unfit = |e: ShapeError| WriteError::Unfit { format: "obj", fact: e.to_string() };
     let soup = builder.build().map_err(unfit)?;
     let mut bytes = Vec::new();
-    crate::obj::write(&soup, &mut crate::Sink::new(&mut bytes, "net"), run)?;
+    crate::obj::write(&soup, &mut Sink::new(&mut bytes, "net"), run)?;
     Ok(bytes)
 }

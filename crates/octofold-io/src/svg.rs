@@ -9,7 +9,7 @@ use octofold::unfold::pattern::{Fold, Pattern, STEPS, Spot, Tile, steps};
 use std::fmt::Write;
 
 /// The text of page `page` of a pattern.
-pub fn page(pattern: &Pattern, drawing: &Drawing, page: u32) -> String {
+pub(crate) fn page(pattern: &Pattern, drawing: &Drawing, page: u32) -> String {
     let [width, height] = pattern.page.map(|x| decimals(steps(x)));
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" \

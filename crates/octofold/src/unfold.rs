@@ -116,12 +116,18 @@ impl Default for UnfoldOptions {
 /// The largest [`UnfoldOptions::effort`].
 pub const MOST_EFFORT: u32 = 10;
 
+/// Faces that are unfolded at most.
+pub const MOST_FACES: usize = 20_000;
+
 /// Why a mesh could not be unfolded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnfoldError {
     /// There is nothing to unfold.
     #[error("there are no faces to unfold")]
     Empty,
+    /// More faces than anybody would fold.
+    #[error("{0} faces are more than the {MOST_FACES} that are unfolded: simplify the model first")]
+    TooMany(usize),
     /// A length makes no sense.
     #[error("{name} is {value} mm: choose a number {bounds}")]
     Length {
@@ -212,6 +218,9 @@ pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolde
     options.check()?;
     run.stage("faces");
     let (facets, scale, triangles) = facets(mesh, options, run)?;
+    if facets.facets.len() > MOST_FACES {
+        return Err(UnfoldError::TooMany(facets.facets.len()));
+    }
     let hinges = Hinges::new(&facets);
     let room = options.room();
     let inner = Room { size: room.size - 2.0 * options.tab };
@@ -271,7 +280,8 @@ pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolde
         origin: DVec2::splat(options.margin),
         pages,
     };
-    let pattern = layout.pattern();
+    let mut pattern = layout.pattern();
+    pattern.mesh.colours = colours(&mesh.attributes, &facets);
     run.stage("prove");
     if let Some(overlap) = proof::first_overlap(&pattern) {
         let [x, y] = overlap.at.map(pattern::millimetres);
@@ -407,6 +417,21 @@ fn paint(a: &Attributes) -> impl Fn(u32) -> u64 + '_ {
         let colour = a.face_colours.as_ref().map_or([0; 4], |c| c[t as usize]);
         u64::from(material) << 32 | u64::from(u32::from_le_bytes(colour))
     }
+}
+
+/// The colour of each face; a face has one paint only.
+fn colours(a: &Attributes, facets: &Facets) -> Option<Vec<[u8; 3]>> {
+    let of_material = |t: usize| {
+        let material = a.face_materials.as_ref().map(|m| m[t])?;
+        Some(a.materials.get(material as usize)?.colour)
+    };
+    let known = a.face_colours.is_some() || a.face_materials.is_some();
+    let colour = |t: u32| match &a.face_colours {
+        Some(colours) => colours[t as usize],
+        None => of_material(t as usize).unwrap_or([255; 4]),
+    };
+    let rgb = |[r, g, b, _]: [u8; 4]| [r, g, b];
+    known.then(|| facets.facets.iter().map(|f| rgb(colour(f.triangles[0]))).collect())
 }
 
 /// Makes sure that every face fits a page.

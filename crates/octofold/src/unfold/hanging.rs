@@ -3,7 +3,7 @@
 
 use super::grid::Grid;
 use super::patch::{Outline, Patch};
-use super::plane::{Bounds, Motion};
+use super::plane::{Bounds, Motion, convex_meet};
 
 /// Marks the root, which hangs on nothing.
 pub(super) const NONE: u32 = u32::MAX;
@@ -16,6 +16,7 @@ pub(super) struct Hanging<'a> {
     children: Vec<Vec<u32>>,
     places: Vec<Motion>,
     outlines: Vec<Outline>,
+    /// Boxes of the parts of all facets, and the parts by place.
     bounds: Vec<Bounds>,
     grid: Grid,
     meets: Vec<Vec<u32>>,
@@ -23,12 +24,20 @@ pub(super) struct Hanging<'a> {
     /// Facets that lie on others, and where each stands in that list.
     hit: Vec<u32>,
     hit_at: Vec<u32>,
-    /// The visit that last saw a facet, and the subtree that last held it.
-    seen: Vec<u32>,
+    /// The subtree that last held a facet.
     inside: Vec<u32>,
-    visit: u32,
     subtree: u32,
+    seen: Seen,
     scratch: Outline,
+    work: u64,
+}
+
+/// Which facets and parts a question has come across.
+struct Seen {
+    facets: Vec<u32>,
+    parts: Vec<u32>,
+    facet: u32,
+    part: u32,
 }
 
 impl<'a> Hanging<'a> {
@@ -42,17 +51,22 @@ impl<'a> Hanging<'a> {
             children: vec![Vec::new(); n],
             places: vec![Motion::REST; n],
             outlines: patch.outlines.clone(),
-            bounds: patch.outlines.iter().map(Outline::bounds).collect(),
+            bounds: patch.outlines.iter().flat_map(Outline::parts).map(Bounds::of).collect(),
             grid: patch.grid(),
             meets: vec![Vec::new(); n],
             pairs: 0,
             hit: Vec::new(),
             hit_at: vec![NONE; n],
-            seen: vec![0; n],
             inside: vec![0; n],
-            visit: 0,
             subtree: 0,
+            seen: Seen {
+                facets: vec![0; n],
+                parts: vec![0; patch.part_of.len()],
+                facet: 0,
+                part: 0,
+            },
             scratch: Outline::default(),
+            work: 0,
         };
         let order = patch.spread(0, tree);
         let mut on = vec![false; patch.hinges.len()];
@@ -76,6 +90,11 @@ impl<'a> Hanging<'a> {
     /// Pairs of facets that lie on one another.
     pub fn pairs(&self) -> usize {
         self.pairs
+    }
+
+    /// Parts of facets that were laid out to be looked at, so far: the measure of work.
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// All such pairs, the lower facet first, in order.
@@ -163,20 +182,12 @@ impl<'a> Hanging<'a> {
         let mut outline = std::mem::take(&mut self.scratch);
         for &facet in subtree {
             self.outlines[facet as usize].place_into(&moved, &mut outline);
-            self.visit += 1;
-            let (visit, subtree, slack) = (self.visit, self.subtree, self.patch.slack);
-            let bounds = outline.bounds();
-            let Self { grid, seen, inside, outlines, bounds: boxes, .. } = self;
-            grid.near(&bounds, |other| {
-                let o = other as usize;
-                let fresh = std::mem::replace(&mut seen[o], visit) != visit;
-                if fresh
-                    && inside[o] != subtree
-                    && bounds.meet(&boxes[o], slack)
-                    && outline.meets(&outlines[o], slack)
-                {
-                    found += 1;
-                }
+            let mark = self.subtree;
+            self.work += outline.count() as u64;
+            let Self { patch, grid, seen, inside, outlines, bounds, .. } = self;
+            let boxes = Boxes { patch, grid, outlines, bounds };
+            boxes.near(&outline, seen, |other| inside[other as usize] != mark, |_| {
+                found += 1;
                 found > most
             });
             if found > most {
@@ -205,20 +216,19 @@ impl<'a> Hanging<'a> {
                 }
             }
             self.mark_hit(facet);
-            self.grid.remove(facet, &self.bounds[facet as usize]);
+            self.unplace(facet);
         }
         let mut found = Vec::new();
         for &facet in subtree {
             let f = facet as usize;
             self.places[f] = moved.after(&self.places[f]);
-            let placed = self.patch.outlines[f].placed(&self.places[f]);
-            (self.bounds[f], self.outlines[f]) = (placed.bounds(), placed);
+            self.draw(facet);
             // The others of the subtree are not in the grid yet.
             self.find(facet, &mut found);
             found.drain(..).for_each(|other| self.meet(facet, other));
         }
         for &facet in subtree {
-            self.grid.insert(facet, &self.bounds[facet as usize]);
+            self.place(facet);
         }
         let (old, new) = (self.parent[top as usize], self.patch.other(hinge, top));
         self.leave(old, top);
@@ -235,30 +245,53 @@ impl<'a> Hanging<'a> {
     }
 
     fn put(&mut self, facet: u32, motion: Motion) {
-        let f = facet as usize;
-        self.places[f] = motion;
-        self.outlines[f] = self.patch.outlines[f].placed(&motion);
-        self.bounds[f] = self.outlines[f].bounds();
+        self.places[facet as usize] = motion;
+        self.draw(facet);
         let mut found = Vec::new();
         self.find(facet, &mut found);
         found.into_iter().for_each(|other| self.meet(facet, other));
-        self.grid.insert(facet, &self.bounds[f]);
+        self.place(facet);
+    }
+
+    /// Draws a facet at its place.
+    fn draw(&mut self, facet: u32) {
+        let f = facet as usize;
+        self.patch.outlines[f].place_into(&self.places[f], &mut self.outlines[f]);
+        let first = self.patch.first_part[f] as usize;
+        for (part, points) in (first..).zip(self.outlines[f].parts()) {
+            self.bounds[part] = Bounds::of(points);
+        }
+    }
+
+    /// Puts the parts of a facet into the grid.
+    fn place(&mut self, facet: u32) {
+        for part in self.parts(facet) {
+            self.grid.insert(part, &self.bounds[part as usize]);
+        }
+    }
+
+    fn unplace(&mut self, facet: u32) {
+        for part in self.parts(facet) {
+            self.grid.remove(part, &self.bounds[part as usize]);
+        }
+    }
+
+    fn parts(&self, facet: u32) -> std::ops::Range<u32> {
+        let first = self.patch.first_part[facet as usize];
+        first..first + self.patch.outlines[facet as usize].count() as u32
+    }
+
+    /// Adds to the work that was done.
+    pub fn add_work(&mut self, work: u64) {
+        self.work += work;
     }
 
     /// The facets of the grid that `facet` lies on.
     fn find(&mut self, facet: u32, found: &mut Vec<u32>) {
-        self.visit += 1;
-        let (visit, slack, f) = (self.visit, self.patch.slack, facet as usize);
-        let Self { grid, seen, outlines, bounds, .. } = self;
-        grid.near(&bounds[f], |other| {
-            let o = other as usize;
-            let fresh = std::mem::replace(&mut seen[o], visit) != visit;
-            if fresh
-                && bounds[f].meet(&bounds[o], slack)
-                && outlines[f].meets(&outlines[o], slack)
-            {
-                found.push(other);
-            }
+        let Self { patch, grid, seen, outlines, bounds, .. } = self;
+        let boxes = Boxes { patch, grid, outlines, bounds };
+        boxes.near(&outlines[facet as usize], seen, |_| true, |other| {
+            found.push(other);
             false
         });
     }
@@ -294,6 +327,55 @@ impl<'a> Hanging<'a> {
         let children = &mut self.children[parent as usize];
         if let Some(place) = children.iter().position(|&c| c == child) {
             children.swap_remove(place);
+        }
+    }
+}
+
+/// The facets in the plane.
+struct Boxes<'a> {
+    patch: &'a Patch,
+    grid: &'a Grid,
+    outlines: &'a [Outline],
+    bounds: &'a [Bounds],
+}
+
+impl Boxes<'_> {
+    /// The facets in the grid, those of them that `wanted` takes, that `outline` lies on, each once;
+    /// stops where `found` says so.
+    fn near(
+        &self,
+        outline: &Outline,
+        seen: &mut Seen,
+        wanted: impl Fn(u32) -> bool,
+        mut found: impl FnMut(u32) -> bool,
+    ) {
+        seen.facet += 1;
+        let slack = self.patch.slack;
+        for points in outline.parts() {
+            seen.part += 1;
+            let bounds = Bounds::of(points);
+            let mut done = false;
+            self.grid.near(&bounds, |part| {
+                let p = part as usize;
+                let other = self.patch.part_of[p];
+                let o = other as usize;
+                if std::mem::replace(&mut seen.parts[p], seen.part) == seen.part
+                    || seen.facets[o] == seen.facet
+                    || !wanted(other)
+                    || !bounds.meet(&self.bounds[p], slack)
+                {
+                    return false;
+                }
+                let place = part - self.patch.first_part[o];
+                if convex_meet(points, self.outlines[o].part(place), slack) {
+                    seen.facets[o] = seen.facet;
+                    done = found(other);
+                }
+                done
+            });
+            if done {
+                return;
+            }
         }
     }
 }

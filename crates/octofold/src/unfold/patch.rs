@@ -21,9 +21,13 @@ pub(super) struct Patch {
     pub outlines: Vec<Outline>,
     /// Motion over each hinge: the second facet beside the first, and the first beside the second.
     pub motions: Vec<[Motion; 2]>,
+    /// The facet of each convex part.
+    pub part_of: Vec<u32>,
+    /// The first part of each facet.
+    pub first_part: Vec<u32>,
     /// Depth up to which facets that reach into each other only touch.
     pub slack: f64,
-    /// Size of a usual facet.
+    /// Size of a usual part.
     pub size: f64,
 }
 
@@ -80,15 +84,29 @@ impl Outline {
         &self.points
     }
 
+    /// The convex polygon `part`.
+    pub fn part(&self, part: u32) -> &[DVec2] {
+        let from = if part == 0 { 0 } else { self.ends[part as usize - 1] };
+        &self.points[from as usize..self.ends[part as usize] as usize]
+    }
+
+    /// How many convex polygons there are.
+    pub fn count(&self) -> usize {
+        self.ends.len()
+    }
+
     /// True where the two reach into each other by more than `slack`.
     pub fn meets(&self, other: &Self, slack: f64) -> bool {
         if self.ends.len() == 1 && other.ends.len() == 1 {
             return convex_meet(&self.points, &other.points, slack);
         }
-        self.parts().any(|a| {
+        let shared = self.bounds().shared(&other.bounds());
+        let near = |part: &&[DVec2]| Bounds::of(part).meet(&shared, -slack);
+        let others: Vec<&[DVec2]> = other.parts().filter(near).collect();
+        self.parts().filter(near).any(|a| {
             let bounds = Bounds::of(a);
-            let near = |b: &&[DVec2]| bounds.meet(&Bounds::of(b), slack);
-            other.parts().filter(near).any(|b| convex_meet(a, b, slack))
+            let close = |b: &&&[DVec2]| bounds.meet(&Bounds::of(b), slack);
+            others.iter().filter(close).any(|b| convex_meet(a, b, slack))
         })
     }
 }
@@ -118,11 +136,17 @@ impl Patch {
             [motion, motion.inverse()]
         };
         let motions = hinges.iter().map(motion).collect();
-        let spans: f64 = outlines.iter().map(|o| o.bounds().size().element_sum() / 2.0).sum();
-        let squares: f64 =
-            outlines.iter().map(|o| o.bounds().size().length_squared() / 2.0).sum();
-        let count = facets.len().max(1) as f64;
-        // A few large facets must not cover most of the squares.
+        let (mut part_of, mut first_part) = (Vec::new(), Vec::new());
+        for (f, outline) in outlines.iter().enumerate() {
+            first_part.push(part_of.len() as u32);
+            part_of.resize(part_of.len() + outline.count(), f as u32);
+        }
+        let sizes: Vec<DVec2> =
+            outlines.iter().flat_map(Outline::parts).map(|part| Bounds::of(part).size()).collect();
+        let spans: f64 = sizes.iter().map(|s| s.element_sum() / 2.0).sum();
+        let squares: f64 = sizes.iter().map(|s| s.length_squared() / 2.0).sum();
+        let count = part_of.len().max(1) as f64;
+        // A few large parts must not cover most of the squares.
         let size = (spans / count).max((squares / count).sqrt() / 2.0);
         Self {
             facets: facets.to_vec(),
@@ -131,6 +155,8 @@ impl Patch {
             at,
             outlines,
             motions,
+            part_of,
+            first_part,
             slack: 1e-9 * (spans / count).max(1e-3),
             size,
         }
@@ -153,9 +179,9 @@ impl Patch {
         self.motions[h][usize::from(self.ends[h][0] != facet)]
     }
 
-    /// A grid for all its facets.
+    /// A grid for all its parts.
     pub fn grid(&self) -> Grid {
-        Grid::new(self.len(), self.size)
+        Grid::new(self.part_of.len(), self.size)
     }
 
     /// Places what hangs together by `tree` from `first` on: facets with their motions, each after

@@ -40,6 +40,8 @@ pub struct PatternMesh {
     pub faces: Vec<Vec<u32>>,
     /// Triangles of the input that each face covers.
     pub triangles: Vec<Vec<u32>>,
+    /// Colour of each face, where the model has any.
+    pub colours: Option<Vec<[u8; 3]>>,
 }
 
 /// A piece of paper.

@@ -73,6 +73,11 @@ impl Bounds {
         share.min_element() > slack
     }
 
+    /// What both boxes hold; inside out where that is nothing.
+    pub fn shared(&self, other: &Self) -> Self {
+        Self { low: self.low.max(other.low), high: self.high.min(other.high) }
+    }
+
     /// Extent both ways.
     pub fn size(&self) -> DVec2 {
         self.high - self.low

@@ -28,6 +28,11 @@ pub(super) struct Found {
 const STEEPEST: usize = 16;
 const SPANNING: usize = 4;
 
+/// Walks side by side where the first one comes to no end, and the work of the first lap; each lap
+/// is twice as long as the one before.
+const WALKS: usize = 4;
+const LAP: u64 = 1 << 18;
+
 /// Finds pieces of a patch.
 pub(super) fn search(
     mesh: &Facets,
@@ -57,26 +62,22 @@ pub(super) fn search(
     run.check()?;
     let (mut best, mut climbs) = (ranked[0].clone(), 0);
     if best.0 > 0 {
-        let mut first = Walk::new(patch, &best.1, Random::new(random.next()));
-        let rounds = 400 + 4 * patch.len();
-        first.go(rounds, run);
-        run.check()?;
-        climbs += rounds;
-        let mut walks = vec![first];
-        let others = ranked.iter().cycle().skip(1).take(3);
-        let mut lap = 0;
-        while walks[leader(&walks)].best().0 > 0 && lap < 1 << options.effort {
-            if lap == 0 {
-                let start = |(_, tree): &(usize, Vec<u32>)| {
-                    Walk::new(patch, tree, Random::new(random.next()))
-                };
-                walks.extend(others.clone().map(start));
+        let lap = |lap: u32| LAP << lap;
+        let mut walks = vec![Walk::new(patch, &best.1, Random::new(random.next()))];
+        walks[0].go(lap(0), run);
+        for number in 0..options.effort {
+            if walks[leader(&walks)].best().0 == 0 {
+                break;
             }
-            climbs += rounds * walks.len();
-            par::chunks_mut(&mut walks, 1, |_, walk| walk[0].go(rounds, run));
+            if number == 0 {
+                for (_, tree) in ranked.iter().cycle().skip(1).take(WALKS - 1) {
+                    walks.push(Walk::new(patch, tree, Random::new(random.next())));
+                }
+            }
+            par::chunks_mut(&mut walks, 1, |_, walk| walk[0].go(lap(number), run));
             run.check()?;
-            lap += 1;
         }
+        climbs = walks.iter().map(Walk::climbs).sum();
         let (pairs, tree) = walks[leader(&walks)].best();
         best = (pairs, tree.to_vec());
     }

@@ -20,6 +20,7 @@ pub(super) struct Walk<'a> {
     barred: Vec<[u64; 2]>,
     memory: u64,
     best: (usize, Vec<u32>),
+    climbs: usize,
 }
 
 /// A subtree and where to hang it.
@@ -38,17 +39,20 @@ impl<'a> Walk<'a> {
         let memory = (degree * n.ln() / degree.ln()).ceil() as u64 + 1;
         let best = (hanging.pairs(), tree.to_vec());
         let barred = vec![[0; 2]; patch.hinges.len()];
-        Self { hanging, patch, random, moves: 0, barred, memory, best }
+        Self { hanging, patch, random, moves: 0, barred, memory, best, climbs: 0 }
     }
 
-    /// Walks on for up to `rounds` climbs, until no facets lie on one another, or until the run is
-    /// cancelled.
-    pub fn go(&mut self, rounds: usize, run: &Run) {
-        for round in 0..rounds {
-            if self.hanging.pairs() == 0 || round.is_multiple_of(64) && run.check().is_err() {
+    /// Walks on for about `work` (see [`Hanging::work`]), until no facets lie on one another, or until
+    /// the run is cancelled.
+    pub fn go(&mut self, work: u64, run: &Run) {
+        let end = self.hanging.work() + work;
+        while self.hanging.pairs() > 0 && self.hanging.work() < end {
+            if self.climbs.is_multiple_of(64) && run.check().is_err() {
                 break;
             }
             self.climb();
+            self.hanging.add_work(16);
+            self.climbs += 1;
             if self.hanging.pairs() < self.best.0 {
                 self.best = (self.hanging.pairs(), self.hanging.tree());
             }
@@ -58,6 +62,11 @@ impl<'a> Walk<'a> {
     /// The fewest pairs so far, and their tree.
     pub fn best(&self) -> (usize, &[u32]) {
         (self.best.0, &self.best.1)
+    }
+
+    /// How often it has climbed.
+    pub fn climbs(&self) -> usize {
+        self.climbs
     }
 
     fn climb(&mut self) {
