@@ -107,7 +107,11 @@ pub(crate) fn pages(pattern: &Pattern) -> Vec<Drawing> {
         page.closed(Layer::Cut, &strip.outline);
         page.open(Layer::Tab, &strip.fold);
         let [a, b] = strip.fold.map(point);
-        page.number(strip.edge, [a, b], &strip.outline.iter().map(|&p| point(p)).collect::<Vec<_>>());
+        page.number(
+            strip.edge,
+            [a, b],
+            &strip.outline.iter().map(|&p| point(p)).collect::<Vec<_>>(),
+        );
     }
     for (number, page) in (1..).zip(&mut pages) {
         page.frame(pattern, number);

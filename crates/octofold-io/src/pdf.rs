@@ -29,9 +29,7 @@ pub(crate) fn document(
     root.viewer_preferences().pair(Name(b"PrintScaling"), Name(b"None"));
     root.finish();
     pdf.document_info(info).title(TextStr(title)).producer(TextStr("Octofold"));
-    pdf.pages(tree)
-        .kids((0..drawings.len()).map(page_ref))
-        .count(drawings.len() as i32);
+    pdf.pages(tree).kids((0..drawings.len()).map(page_ref)).count(drawings.len() as i32);
     let [width, height] = pattern.page.map(|x| (x * POINTS) as f32);
     for (number, drawing) in drawings.iter().enumerate() {
         let mut page = pdf.page(page_ref(number));

@@ -22,7 +22,12 @@ pub(crate) fn page(pattern: &Pattern, drawing: &Drawing, page: u32) -> String {
         for fill in &drawing.fills {
             let [r, g, b] = fill.colour;
             let points = short(&fill.points.iter().map(|&p| flip(p)).collect::<Vec<_>>());
-            line(&mut text, format_args!("<path d=\"M{points}Z\" fill=\"#{r:02x}{g:02x}{b:02x}\" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"0.05\"/>"));
+            line(
+                &mut text,
+                format_args!(
+                    "<path d=\"M{points}Z\" fill=\"#{r:02x}{g:02x}{b:02x}\" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"0.05\"/>"
+                ),
+            );
         }
         line(&mut text, format_args!("</g>"));
     }

@@ -17,6 +17,7 @@ mod facets;
 mod grid;
 mod hanging;
 mod hinges;
+mod opening;
 mod orientation;
 mod packing;
 mod patch;
@@ -515,3 +516,6 @@ fn tell(facets: &Facets, run: &Run) {
         run.finding(Finding::note("flat-faces", text).of(facets.lost as u64));
     }
 }
+
+#[cfg(test)]
+mod tests;

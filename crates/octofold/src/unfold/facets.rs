@@ -108,7 +108,9 @@ impl Borders {
         let mut sides: Vec<Vec<[u32; 2]>> = vec![Vec::new(); regions.regions.len()];
         for at in edges.iter() {
             let inner = match at {
-                [a, b] => a.opposes(b) && regions.of[a.face as usize] == regions.of[b.face as usize],
+                [a, b] => {
+                    a.opposes(b) && regions.of[a.face as usize] == regions.of[b.face as usize]
+                }
                 _ => false,
             };
             for side in at.iter().filter(|_| !inner) {
@@ -152,7 +154,9 @@ impl Borders {
             if !seen[p as usize] && ways[p as usize].is_some() {
                 let chain = chain(p, &ways, &kept);
                 chain.iter().for_each(|&q| seen[q as usize] = true);
-                straightened(&chain, points, straight).into_iter().for_each(|q| kept[q as usize] = true);
+                straightened(&chain, points, straight)
+                    .into_iter()
+                    .for_each(|q| kept[q as usize] = true);
             }
         }
         for (_, ring) in self.loops.iter().enumerate().filter(|&(r, _)| plain[r]) {
@@ -274,8 +278,7 @@ fn tiled(
     triangles: &[[u32; 3]],
 ) -> Option<Facet> {
     let normal = normal(region, points, triangles)?;
-    let mut corners: Vec<u32> =
-        region.iter().flat_map(|&t| triangles[t as usize]).collect();
+    let mut corners: Vec<u32> = region.iter().flat_map(|&t| triangles[t as usize]).collect();
     corners.sort_unstable();
     corners.dedup();
     let local = |p: u32| corners.partition_point(|&q| q < p) as u32;

@@ -186,16 +186,84 @@ impl<'a> Hanging<'a> {
             self.work += outline.count() as u64;
             let Self { patch, grid, seen, inside, outlines, bounds, .. } = self;
             let boxes = Boxes { patch, grid, outlines, bounds };
-            boxes.near(&outline, seen, |other| inside[other as usize] != mark, |_| {
-                found += 1;
-                found > most
-            });
+            boxes.near(
+                &outline,
+                seen,
+                |other| inside[other as usize] != mark,
+                |_| {
+                    found += 1;
+                    found > most
+                },
+            );
             if found > most {
                 break;
             }
         }
         self.scratch = outline;
         found
+    }
+
+    /// How much of the length of `hinge` is too narrow a cut: none where its facets hang together by
+    /// it or its middles are `width` apart.
+    pub fn narrowness(&self, hinge: u32, width: f64) -> f64 {
+        let [a, b] = self.patch.ends[hinge as usize];
+        if self.by(a) == hinge || self.by(b) == hinge {
+            return 0.0;
+        }
+        self.cut_narrowness(hinge, width, |_| Motion::REST)
+    }
+
+    /// How much narrower all cuts get if the subtree taken last hangs by `hinge`.
+    pub fn narrowing_by(&self, subtree: &[u32], hinge: u32, width: f64) -> f64 {
+        let moved = self.moved_by(subtree[0], hinge);
+        let motion = |f: u32| if self.is_inside(f) { moved } else { Motion::REST };
+        let old = self.by(subtree[0]);
+        let mut change = 0.0;
+        for &f in subtree {
+            for &h in &self.patch.at[f as usize] {
+                if self.is_inside(self.patch.other(h, f)) {
+                    continue;
+                }
+                if h != old {
+                    change -= self.narrowness(h, width);
+                }
+                if h != hinge {
+                    change += self.cut_narrowness(h, width, motion);
+                }
+            }
+        }
+        change
+    }
+
+    fn cut_narrowness(&self, hinge: u32, width: f64, motion: impl Fn(u32) -> Motion) -> f64 {
+        let (middles, length) = self.patch.middles[hinge as usize];
+        let ends = self.patch.ends[hinge as usize];
+        let [p, q] = [0, 1].map(|k| {
+            let f = ends[k];
+            motion(f).at(self.places[f as usize].at(middles[k]))
+        });
+        let gap = p.distance(q);
+        // Sides that lie on one another are no cut at all.
+        if gap < 1e-7 { 0.0 } else { length * (1.0 - gap / width).max(0.0) }
+    }
+
+    /// A facet from which no subtree holds more than half of all facets.
+    pub fn middle(&self) -> u32 {
+        let n = self.parent.len();
+        let mut order: Vec<u32> = (0..n as u32).filter(|&f| self.parent(f) == NONE).collect();
+        let mut next = 0;
+        while let Some(&f) = order.get(next) {
+            next += 1;
+            order.extend_from_slice(&self.children[f as usize]);
+        }
+        let mut sizes = vec![1; n];
+        for &f in order.iter().rev() {
+            if 2 * sizes[f as usize] >= n || self.parent(f) == NONE {
+                return f;
+            }
+            sizes[self.parent(f) as usize] += sizes[f as usize];
+        }
+        0
     }
 
     /// Hangs the subtree taken last by `hinge`.
@@ -290,10 +358,15 @@ impl<'a> Hanging<'a> {
     fn find(&mut self, facet: u32, found: &mut Vec<u32>) {
         let Self { patch, grid, seen, outlines, bounds, .. } = self;
         let boxes = Boxes { patch, grid, outlines, bounds };
-        boxes.near(&outlines[facet as usize], seen, |_| true, |other| {
-            found.push(other);
-            false
-        });
+        boxes.near(
+            &outlines[facet as usize],
+            seen,
+            |_| true,
+            |other| {
+                found.push(other);
+                false
+            },
+        );
     }
 
     fn meet(&mut self, a: u32, b: u32) {

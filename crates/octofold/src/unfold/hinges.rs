@@ -63,7 +63,13 @@ impl Hinges {
                 continue;
             }
             facets.iter().for_each(|&f| at[f as usize].push(hinges.len() as u32));
-            hinges.push(Hinge { facets, edges: vec![(edge as u32, numbers)], motion, fold, length });
+            hinges.push(Hinge {
+                facets,
+                edges: vec![(edge as u32, numbers)],
+                motion,
+                fold,
+                length,
+            });
         }
         Self { hinges, at }
     }

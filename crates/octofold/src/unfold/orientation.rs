@@ -41,7 +41,8 @@ pub(super) fn orient(points: &[[f64; 3]], triangles: &mut [[u32; 3]]) {
         sets.join_turned(a.face, b.face, !a.opposes(&b));
     }
     for group in sets.groups() {
-        let sign = |&t: &u32| normals[t as usize].length() * [1.0, -1.0][usize::from(sets.find(t).1)];
+        let sign =
+            |&t: &u32| normals[t as usize].length() * [1.0, -1.0][usize::from(sets.find(t).1)];
         let keeps = group.iter().map(sign).sum::<f64>() >= 0.0;
         for &t in &group {
             if sets.find(t).1 == keeps {

@@ -21,6 +21,8 @@ pub(super) struct Patch {
     pub outlines: Vec<Outline>,
     /// Motion over each hinge: the second facet beside the first, and the first beside the second.
     pub motions: Vec<[Motion; 2]>,
+    /// Middle of a side of each hinge, in the planes of its facets, and its length.
+    pub middles: Vec<([DVec2; 2], f64)>,
     /// The facet of each convex part.
     pub part_of: Vec<u32>,
     /// The first part of each facet.
@@ -136,6 +138,16 @@ impl Patch {
             [motion, motion.inverse()]
         };
         let motions = hinges.iter().map(motion).collect();
+        let middle = |&h: &u32| {
+            let hinge = all.get(h);
+            let (_, sides) = hinge.edges[0];
+            let middles = [0, 1].map(|k| {
+                let [a, b] = mesh.facets[hinge.facets[k] as usize].side(sides[k]);
+                a.midpoint(b)
+            });
+            (middles, hinge.length)
+        };
+        let middles = hinges.iter().map(middle).collect();
         let (mut part_of, mut first_part) = (Vec::new(), Vec::new());
         for (f, outline) in outlines.iter().enumerate() {
             first_part.push(part_of.len() as u32);
@@ -155,6 +167,7 @@ impl Patch {
             at,
             outlines,
             motions,
+            middles,
             part_of,
             first_part,
             slack: 1e-9 * (spans / count).max(1e-3),

@@ -138,9 +138,8 @@ impl Piece {
     /// Where scissors go: closed lines round the piece with its tabs, and round its holes.
     pub fn outlines(&self) -> Vec<Vec<Spot>> {
         let mut steps: Vec<[Spot; 2]> = Vec::new();
-        let tab_on = |ends: [Spot; 2]| {
-            self.tabs.iter().find(|tab| tab.outline[..2] == [ends[1], ends[0]])
-        };
+        let tab_on =
+            |ends: [Spot; 2]| self.tabs.iter().find(|tab| tab.outline[..2] == [ends[1], ends[0]]);
         for (a, b) in self.tiles.iter().flat_map(Tile::sides) {
             if matches!(a.fold, Fold::Hinge(_)) {
                 continue;

@@ -58,7 +58,8 @@ pub(super) fn parting(patch: &Patch, hanging: &Hanging<'_>) -> Vec<u32> {
     paths.iter().flatten().for_each(|&h| counts[h as usize] += 1);
     let mut cut = Vec::new();
     while !paths.is_empty() {
-        let most = (0..counts.len() as u32).max_by_key(|&h| (counts[h as usize], std::cmp::Reverse(h)));
+        let most =
+            (0..counts.len() as u32).max_by_key(|&h| (counts[h as usize], std::cmp::Reverse(h)));
         let Some(most) = most else { break };
         cut.push(most);
         paths.retain(|path| {
@@ -163,7 +164,8 @@ impl Laid {
         for (i, (bounds, _)) in outlines.iter().enumerate() {
             grid.insert(i as u32, bounds);
         }
-        let mut points: Vec<DVec2> = outlines.iter().flat_map(|(_, o)| o.points().to_vec()).collect();
+        let mut points: Vec<DVec2> =
+            outlines.iter().flat_map(|(_, o)| o.points().to_vec()).collect();
         let area = outlines.iter().map(|(_, o)| o.area()).sum();
         Self { piece, outlines, grid, hull: hull(&mut points), area }
     }

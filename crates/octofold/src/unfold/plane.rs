@@ -117,7 +117,10 @@ pub(super) fn is_convex(polygon: &[DVec2], slack: f64) -> bool {
         p.perp_dot(q) >= -slack * p.length() && p.dot(q) > -p.length() * q.length()
     });
     // Left turns alone might go round twice.
-    left && (1..n).all(|i| (polygon[i] - polygon[0]).perp_dot(polygon[(i + 1) % n] - polygon[0]) >= -slack * polygon[i].distance(polygon[0]))
+    left && (1..n).all(|i| {
+        (polygon[i] - polygon[0]).perp_dot(polygon[(i + 1) % n] - polygon[0])
+            >= -slack * polygon[i].distance(polygon[0])
+    })
 }
 
 /// The convex hull, counter-clockwise (Andrew 1979).

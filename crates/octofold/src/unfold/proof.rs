@@ -34,9 +34,10 @@ pub fn first_overlap(pattern: &Pattern) -> Option<Overlap> {
     (0..pattern.pages).find_map(|page| {
         let outlines = outlines(pattern, page);
         let size = pattern.page.map(super::pattern::steps);
-        let off = outlines.iter().flatten().find(|p| {
-            (0..2).any(|axis| p[axis] < 0 || p[axis] > size[axis])
-        });
+        let off = outlines
+            .iter()
+            .flatten()
+            .find(|p| (0..2).any(|axis| p[axis] < 0 || p[axis] > size[axis]));
         if let Some(&at) = off {
             return Some(Overlap { page, at });
         }
@@ -171,7 +172,8 @@ mod tests {
         let comb = [[0, 0], [10, 0], [20, 0], [20, 9], [15, 2], [10, 9], [5, 2], [0, 9]];
         let comb = comb.map(|p: Spot| p.map(|x| x * 1000));
         let shards = shards_of(&comb).unwrap();
-        let area: i128 = shards.iter().map(|s| orient(s.corners[0], s.corners[1], s.corners[2])).sum();
+        let area: i128 =
+            shards.iter().map(|s| orient(s.corners[0], s.corners[1], s.corners[2])).sum();
         let whole: i128 = (1..7).map(|i| orient(comb[0], comb[i], comb[i + 1])).sum();
         assert_eq!(area, whole);
         assert!(meeting(&shards).is_none());

@@ -28,9 +28,8 @@ impl Room {
 
     /// The same, and the direction that is then turned to lie along the x axis.
     pub fn best_turn(&self, hull: &[DVec2]) -> (f64, DVec2) {
-        let edges = (0..hull.len()).filter_map(|i| {
-            (hull[(i + 1) % hull.len()] - hull[i]).try_normalize()
-        });
+        let edges =
+            (0..hull.len()).filter_map(|i| (hull[(i + 1) % hull.len()] - hull[i]).try_normalize());
         let fan = (0..TURNS).map(|k| {
             DVec2::from_angle(f64::from(k) * std::f64::consts::FRAC_PI_2 / f64::from(TURNS))
         });

@@ -59,8 +59,7 @@ pub(super) fn joints(mesh: &Facets, held: &[Held]) -> Vec<Joint> {
 }
 
 fn joints_at(mesh: &Facets, held: &[Held], edge: usize) -> Vec<Joint> {
-    let sides: Vec<FacetSide> =
-        mesh.edges.sides(edge).iter().map(|s| (s.face, s.number)).collect();
+    let sides: Vec<FacetSide> = mesh.edges.sides(edge).iter().map(|s| (s.face, s.number)).collect();
     let goes_on = |&side: &FacetSide| {
         let hinged = held[edge].hinge.is_some_and(|(pair, _)| pair.contains(&side));
         hinged || sides.iter().filter(|other| other.0 == side.0).count() > 1

@@ -1,15 +1,16 @@
 //! The search for few pieces: trees to start from, tabu walks, cuts where these do not end well, and
 //! bites where a page is too small.
 
+use super::UnfoldOptions;
 use super::facets::Facets;
 use super::hanging::Hanging;
 use super::hinges::Hinges;
+use super::opening;
 use super::patch::Patch;
 use super::pieces::{self, Piece};
 use super::room::Room;
 use super::tabu::Walk;
 use super::trees::{cheapest, steepest, weight};
-use super::UnfoldOptions;
 use crate::par;
 use crate::random::Random;
 use crate::run::{Cancelled, Run};
@@ -27,6 +28,9 @@ pub(super) struct Found {
 /// Trees to start from: steepest-edge ones, and minimum spanning ones.
 const STEEPEST: usize = 16;
 const SPANNING: usize = 4;
+
+/// Width in millimetres from which on a cut has room for a tab.
+const OPEN: f64 = 2.5;
 
 /// Walks side by side where the first one comes to no end, and the work of the first lap; each lap
 /// is twice as long as the one before.
@@ -81,6 +85,10 @@ pub(super) fn search(
         let (pairs, tree) = walks[leader(&walks)].best();
         best = (pairs, tree.to_vec());
     }
+    if best.0 == 0 {
+        best.1 = opening::open(patch, &best.1, OPEN, &mut random, run);
+        run.check()?;
+    }
     let mut order: Vec<u32> = (0..patch.hinges.len() as u32).collect();
     order.sort_by(|&a, &b| flat(a).total_cmp(&flat(b)).then(a.cmp(&b)));
     let parted = |tree: &Vec<u32>| {
@@ -99,8 +107,7 @@ pub(super) fn search(
         }
     }
     let unlimited = whole.len();
-    let bitten: Vec<Piece> =
-        whole.into_iter().flat_map(|piece| room.bite(patch, piece)).collect();
+    let bitten: Vec<Piece> = whole.into_iter().flat_map(|piece| room.bite(patch, piece)).collect();
     run.check()?;
     let mut pieces = bitten;
     if pieces.len() > unlimited {

@@ -145,7 +145,13 @@ impl Layout<'_> {
                     Err(_) => {
                         let back = [ends[1], ends[0]];
                         let known = crossed.iter().find(|(ends, _)| *ends == back);
-                        let number = known.map_or_else(|| { *inner += 1; *inner }, |(_, n)| *n);
+                        let number = known.map_or_else(
+                            || {
+                                *inner += 1;
+                                *inner
+                            },
+                            |(_, n)| *n,
+                        );
                         crossed.push((ends, number));
                         (number, Fold::Hinge(0.0))
                     }
@@ -182,7 +188,9 @@ impl Layout<'_> {
     fn faces(&self) -> PatternMesh {
         let face = |facet: &super::facets::Facet| match &facet.tiles[..] {
             [tile] => tile.iter().map(|&c| facet.corners[c as usize]).collect(),
-            tiles => super::tour::tour(tiles).into_iter().map(|c| facet.corners[c as usize]).collect(),
+            tiles => {
+                super::tour::tour(tiles).into_iter().map(|c| facet.corners[c as usize]).collect()
+            }
         };
         PatternMesh {
             points: self.mesh.points.iter().map(|p| p.to_array()).collect(),

@@ -196,8 +196,7 @@ impl<'a> Paper<'a> {
         let bounds = Bounds::of(shape);
         let off_facet = |&f: &u32| {
             let (other, outline) = &self.outlines[f as usize];
-            !bounds.meet(other, 0.0)
-                || outline.parts().all(|part| !convex_meet(shape, part, TOUCH))
+            !bounds.meet(other, 0.0) || outline.parts().all(|part| !convex_meet(shape, part, TOUCH))
         };
         near.iter().all(off_facet)
             && others.iter().all(|tab| !convex_meet(shape, &tab.shape, TOUCH))
@@ -207,9 +206,8 @@ impl<'a> Paper<'a> {
     fn is_hidden(&self, slopes: [f64; 2], height: f64, way: [FacetSide; 2]) -> bool {
         let shape = self.folded(slopes, height, way);
         let facet = &self.mesh.facets[way[1].0 as usize];
-        let within = |part: &Vec<u32>| {
-            doubled_area(&clipped(&shape, &gathered(part, &facet.flat))) / 2.0
-        };
+        let within =
+            |part: &Vec<u32>| doubled_area(&clipped(&shape, &gathered(part, &facet.flat))) / 2.0;
         let inside: f64 = facet.parts.iter().map(within).sum();
         inside >= doubled_area(&shape) / 2.0 - 1e-6
     }

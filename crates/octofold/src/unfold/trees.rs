@@ -12,8 +12,7 @@ use glam::DVec3;
 
 /// The tree of hinges that are cheapest under `cost`, ties by number.
 pub(super) fn cheapest(patch: &Patch, cost: impl Fn(u32) -> f64) -> Vec<u32> {
-    let mut order: Vec<(f64, u32)> =
-        (0..patch.hinges.len() as u32).map(|h| (cost(h), h)).collect();
+    let mut order: Vec<(f64, u32)> = (0..patch.hinges.len() as u32).map(|h| (cost(h), h)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut sets = Sets::singles(patch.len());
     let joins = |&(_, h): &(f64, u32)| {
