@@ -6,10 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 8] = ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sweep"];
+const FREE: [&str; 9] =
+    ["attributes", "exact", "par", "quadric", "radix", "random", "run", "scan", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 21] = [
+const TABLE: [(&str, &[&str]); 22] = [
     ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
@@ -22,13 +23,17 @@ const TABLE: [(&str, &[&str]); 21] = [
     ("pipeline", ALL),
     ("polygon", &[]),
     ("repair", &["bits", "lattice", "measure", "mesh", "solid", "surface", "voxelize"]),
-    ("report", &["histogram", "measure", "mesh", "pipeline", "repair", "surface", "volume"]),
+    (
+        "report",
+        &["histogram", "measure", "mesh", "pipeline", "repair", "surface", "unfold", "volume"],
+    ),
     ("rows", &[]),
     ("samples", &["mesh", "soup", "surface", "volume"]),
     ("solid", &["measure", "mesh", "soup"]),
     ("soup", &["mesh", "polygon"]),
     ("spans", &["rows", "volume"]),
     ("surface", &["bits", "histogram", "measure", "mesh", "octree", "spans", "volume"]),
+    ("unfold", &["measure", "mesh"]),
     ("volume", &[]),
     ("voxelize", &["lattice", "measure", "mesh", "octree", "spans", "volume"]),
 ];

@@ -153,7 +153,11 @@ impl Drawing {
 
     /// Writes `number` left of a side, as large as fits into `polygon`.
     fn number(&mut self, number: u32, [a, b]: [[f64; 2]; 2], polygon: &[[f64; 2]]) {
-        let text = number.to_string();
+        let mut text = number.to_string();
+        // A point tells which way up a number is that makes sense both ways.
+        if text.contains(['6', '9']) && text.chars().all(|c| "0689".contains(c)) {
+            text.push('.');
+        }
         let wide = strokes(&text).1;
         let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(f64::MIN_POSITIVE);
         let along = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];

@@ -122,3 +122,54 @@ fn mesh_text(pattern: &Pattern, run: &Run) -> Result<Vec<u8>, WriteError> {
     crate::obj::write(&soup, &mut Sink::new(&mut bytes, "net"), run)?;
     Ok(bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use octofold::samples::Sample;
+    use octofold::unfold::{Scale, UnfoldOptions, unfold};
+
+    fn pattern() -> Pattern {
+        let mesh = Sample::Cube.polygons(1).unwrap().triangulate();
+        let options = UnfoldOptions { scale: Scale::Size(120.0), ..UnfoldOptions::default() };
+        unfold(&mesh, &options, &Run::default()).unwrap().pattern
+    }
+
+    #[test]
+    fn every_format_writes_the_same_bytes_twice() {
+        let pattern = pattern();
+        assert!(pattern.pages > 1);
+        let folder = tempfile::tempdir().unwrap();
+        for format in SheetFormat::ALL {
+            let path = folder.path().join(format!("cube.{}", format.name()));
+            let write = || {
+                write_sheets(&pattern, &path, format, &Run::default()).unwrap();
+                let mut files: Vec<_> = std::fs::read_dir(folder.path())
+                    .unwrap()
+                    .map(|entry| entry.unwrap().path())
+                    .map(|path| (path.clone(), std::fs::read(path).unwrap()))
+                    .collect();
+                files.sort();
+                files
+            };
+            assert_eq!(write(), write());
+        }
+        let name = |number| folder.path().join(format!("cube-{number}.svg"));
+        assert!((1..=pattern.pages).all(|number| name(number).exists()));
+        assert!(folder.path().join("cube.obj").exists());
+    }
+
+    #[test]
+    fn the_ruler_is_as_long_as_it_says() {
+        let drawing = &pages(&pattern())[0];
+        let length = |line: &crate::drawing::Line| line.points[1][0] - line.points[0][0];
+        let own = drawing.lines.iter().filter(|l| l.layer == crate::drawing::Layer::Page);
+        assert_eq!(own.map(length).fold(0.0, f64::max), 100.0);
+    }
+
+    #[test]
+    fn formats_go_by_their_ending() {
+        assert_eq!(SheetFormat::of_name("a/B.PDF"), Some(SheetFormat::Pdf));
+        assert_eq!(SheetFormat::of_name("a.obj"), None);
+    }
+}

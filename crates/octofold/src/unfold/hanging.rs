@@ -4,6 +4,7 @@
 use super::grid::Grid;
 use super::patch::{Outline, Patch};
 use super::plane::{Bounds, Motion, convex_meet};
+use glam::DVec2;
 
 /// Marks the root, which hangs on nothing.
 pub(super) const NONE: u32 = u32::MAX;
@@ -233,6 +234,28 @@ impl<'a> Hanging<'a> {
             }
         }
         change
+    }
+
+    /// The middle of the layout's box, and how far the farthest facet is from it.
+    pub fn spread(&self) -> (DVec2, f64) {
+        let low = self.bounds.iter().map(|b| b.low).fold(DVec2::INFINITY, DVec2::min);
+        let high = self.bounds.iter().map(|b| b.high).fold(DVec2::NEG_INFINITY, DVec2::max);
+        let middle = low.midpoint(high);
+        let all = 0..self.places.len() as u32;
+        (middle, all.map(|f| self.far(f, &Motion::REST, middle)).fold(0.0, f64::max))
+    }
+
+    /// How far from `middle` the subtree taken last would reach if it hung by `hinge`.
+    pub fn reach_by(&self, subtree: &[u32], hinge: u32, middle: DVec2) -> f64 {
+        let moved = self.moved_by(subtree[0], hinge);
+        subtree.iter().map(|&f| self.far(f, &moved, middle)).fold(0.0, f64::max)
+    }
+
+    fn far(&self, facet: u32, moved: &Motion, middle: DVec2) -> f64 {
+        self.outlines[facet as usize]
+            .points()
+            .first()
+            .map_or(0.0, |&p| moved.at(p).distance(middle))
     }
 
     fn cut_narrowness(&self, hinge: u32, width: f64, motion: impl Fn(u32) -> Motion) -> f64 {

@@ -27,14 +27,15 @@ pub(super) fn open(
     let mut best = (narrow(&hanging), tree.to_vec());
     let mut now = best.0;
     let steps = STEPS * patch.hinges.len();
+    // What spreads no further than before is not harder to fit on a page.
+    let (middle, reach) = hanging.spread();
     for step in 0..steps {
         if step.is_multiple_of(256) {
             if run.check().is_err() || now <= 0.0 {
                 break;
             }
             // Most subtrees are small as seen from the middle.
-            let middle = hanging.middle();
-            hanging.root_at(middle);
+            hanging.root_at(hanging.middle());
         }
         let hinge = random.below(patch.hinges.len()) as u32;
         if hanging.narrowness(hinge, width) == 0.0 && !random.next().is_multiple_of(4) {
@@ -53,7 +54,10 @@ pub(super) fn open(
         }
         let change = hanging.narrowing_by(&subtree, hinge, width);
         let heat = patch.size * 0.4 * (1.0 - step as f64 / steps as f64);
-        if change > heat * random.unit() || hanging.crossing_by(&subtree, hinge, 0) > 0 {
+        if change > heat * random.unit()
+            || hanging.reach_by(&subtree, hinge, middle) > reach
+            || hanging.crossing_by(&subtree, hinge, 0) > 0
+        {
             continue;
         }
         hanging.hang(&subtree, hinge);
