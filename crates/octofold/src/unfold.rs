@@ -118,7 +118,7 @@ impl Default for UnfoldOptions {
 pub const MOST_EFFORT: u32 = 10;
 
 /// Faces that are unfolded at most.
-pub const MOST_FACES: usize = 20_000;
+pub const MOST_FACES: usize = 10_000;
 
 /// Why a mesh could not be unfolded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -11,6 +11,7 @@ use crate::run::Run;
 
 /// Steps for each hinge of the patch.
 const STEPS: usize = 400;
+const MOST_STEPS: usize = 1 << 20;
 
 /// Changes `tree`, which has no overlaps, so that fewer cuts are narrower than `width` millimetres.
 pub(super) fn open(
@@ -26,7 +27,7 @@ pub(super) fn open(
     };
     let mut best = (narrow(&hanging), tree.to_vec());
     let mut now = best.0;
-    let steps = STEPS * patch.hinges.len();
+    let steps = (STEPS * patch.hinges.len()).min(MOST_STEPS);
     // What spreads no further than before is not harder to fit on a page.
     let (middle, reach) = hanging.spread();
     for step in 0..steps {

@@ -99,13 +99,13 @@ impl Room {
         bites.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut closest = (f64::INFINITY, 0);
         for (area, top, below) in bites {
+            if area > self.area() && closest.0 < f64::INFINITY {
+                continue;
+            }
             let mut inside = vec![false; placed.len()];
             inside[top] = true;
             for i in top + 1..placed.len() {
                 inside[i] = inside[above[i].0];
-            }
-            if area > self.area() && closest.0 < f64::INFINITY {
-                continue;
             }
             let mut bite: Vec<DVec2> = (0..placed.len())
                 .filter(|&i| inside[i] == below)

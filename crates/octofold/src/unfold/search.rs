@@ -35,7 +35,7 @@ const OPEN: f64 = 2.5;
 /// Walks side by side where the first one comes to no end, and the work of the first lap; each lap
 /// is twice as long as the one before.
 const WALKS: usize = 4;
-const LAP: u64 = 1 << 18;
+const LAP: u64 = 1 << 19;
 
 /// Finds pieces of a patch.
 pub(super) fn search(
@@ -99,7 +99,8 @@ pub(super) fn search(
     };
     let mut whole = parted(&best.1);
     if best.0 > 0 {
-        for (_, tree) in &ranked {
+        // The more faces, the fewer other trees there is time for.
+        for (_, tree) in ranked.iter().take(40_000 / patch.len()) {
             let other = parted(tree);
             if other.len() < whole.len() {
                 whole = other;
