@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 fn unfolded(mesh: &Mesh) -> Unfolded {
-    let options = UnfoldOptions { effort: 1, ..UnfoldOptions::default() };
+    let options = UnfoldOptions { scale: Scale::Size(50.0), effort: 1, ..UnfoldOptions::default() };
     unfold(mesh, &options, &Run::default()).unwrap()
 }
 
@@ -275,6 +275,7 @@ fn threads_and_repetition_change_nothing() {
     let one = crate::par::with_threads(1, || unfolded(&mesh));
     let three = crate::par::with_threads(3, || unfolded(&mesh));
     assert_eq!(one, three);
+    check(&one.pattern);
     let options = UnfoldOptions { seed: 2, effort: 1, ..UnfoldOptions::default() };
     let other = unfold(&mesh, &options, &Run::default()).unwrap();
     check(&other.pattern);
@@ -306,7 +307,7 @@ proptest! {
     #[test]
     fn models_with_holes_are_unfolded(seed in any::<u64>(), which in 0usize..3, holes in 0usize..8) {
         let mut mesh = match which {
-            0 => sample(Sample::Sphere, 3),
+            0 => sample(Sample::Sphere, 6),
             1 => sample(Sample::Torus, 8),
             _ => squared_box(2),
         };
