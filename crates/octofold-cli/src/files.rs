@@ -129,6 +129,11 @@ impl OutputArgs {
 }
 
 impl Input {
+    /// The file, `-` for standard input.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Opens the file and finds its format.
     pub fn open(&self) -> Result<Opened> {
         let source = Source::open(&self.path)?;

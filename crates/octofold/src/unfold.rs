@@ -476,7 +476,7 @@ fn close(facets: &Facets, hinges: &Hinges, placed: &Placed, kept: &mut [bool]) {
         let beside = placed.place[f].after(&hinge.motion);
         let other = &facets.facets[g];
         let apart = |p: &DVec2| beside.at(*p).distance(placed.place[g].at(*p));
-        *kept = other.flat.iter().all(|p| apart(p) <= 1e-7);
+        *kept = other.flat.iter().all(|p| apart(p) <= pattern::STEP);
     }
 }
 

@@ -2,12 +2,12 @@
 
 use crate::files::InputArgs;
 use crate::job::{Account, Job, Outcome};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use octofold::pipeline::Shape;
 use octofold::report::UnfoldReport;
 use octofold::unfold::{self, MOST_EFFORT, Scale, UnfoldOptions, Unfolded, Up};
 use octofold_io::{SheetFormat, write_sheets};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// As typed.
 #[derive(Debug, clap::Args)]
@@ -116,7 +116,20 @@ impl Args {
             let known = SheetFormat::ALL.map(SheetFormat::name).join(", ");
             format!("{name}: the name does not tell a format of sheets: {known}")
         })?;
-        let opened = self.input.check()?.open()?;
+        let input = self.input.check()?;
+        if format == SheetFormat::Svg {
+            let beside = self.output.with_extension("obj");
+            let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
+                (Ok(a), Ok(b)) => a == b,
+                _ => false,
+            };
+            ensure!(
+                !same(input.path(), &beside),
+                "{name}: the unfolded model would be written over the input {}: choose another name",
+                beside.display()
+            );
+        }
+        let opened = input.open()?;
         let options = self.sheets.check(opened.stands_along_y());
         let shape = Shape::Soup(opened.read_mesh(&job.run)?);
         let input = job.measures(&shape)?;

@@ -270,7 +270,7 @@ fn polygon(
     })
 }
 
-/// A facet that stays in triangles; `None` where it has no area.
+/// A facet that stays in triangles; `None` where one of these has no area.
 fn tiled(
     sides: &[[u32; 2]],
     region: &[u32],
@@ -286,6 +286,13 @@ fn tiled(
         region.iter().map(|&t| triangles[t as usize].map(local).to_vec()).collect();
     let sides = sides.iter().map(|side| side.map(local)).collect();
     let flat = flatten(&corners, points, normal);
+    let low = |tile: &Vec<u32>| {
+        let polygon = gathered(tile, &flat);
+        doubled_area(&polygon) <= 1e-6 * Bounds::of(&polygon).size().max_element()
+    };
+    if tiles.iter().any(low) {
+        return None;
+    }
     Some(Facet {
         parts: tiles.clone(),
         tiles,

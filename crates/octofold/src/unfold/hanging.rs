@@ -93,7 +93,7 @@ impl<'a> Hanging<'a> {
         self.pairs
     }
 
-    /// Parts of facets that were laid out to be looked at, so far: the measure of work.
+    /// Parts of facets that were laid out and compared so far: the measure of work.
     pub fn work(&self) -> u64 {
         self.work
     }
@@ -187,15 +187,12 @@ impl<'a> Hanging<'a> {
             self.work += outline.count() as u64;
             let Self { patch, grid, seen, inside, outlines, bounds, .. } = self;
             let boxes = Boxes { patch, grid, outlines, bounds };
-            boxes.near(
-                &outline,
-                seen,
-                |other| inside[other as usize] != mark,
-                |_| {
-                    found += 1;
-                    found > most
-                },
-            );
+            let wanted = |other: u32| inside[other as usize] != mark;
+            let compared = boxes.near(&outline, seen, wanted, |_| {
+                found += 1;
+                found > most
+            });
+            self.work += compared;
             if found > most {
                 break;
             }
@@ -437,14 +434,15 @@ struct Boxes<'a> {
 
 impl Boxes<'_> {
     /// The facets in the grid, those of them that `wanted` takes, that `outline` lies on, each once;
-    /// stops where `found` says so.
+    /// stops where `found` says so. How many pairs of parts were compared.
     fn near(
         &self,
         outline: &Outline,
         seen: &mut Seen,
         wanted: impl Fn(u32) -> bool,
         mut found: impl FnMut(u32) -> bool,
-    ) {
+    ) -> u64 {
+        let mut compared = 0;
         seen.facet += 1;
         let slack = self.patch.slack;
         for points in outline.parts() {
@@ -462,6 +460,7 @@ impl Boxes<'_> {
                 {
                     return false;
                 }
+                compared += 1;
                 let place = part - self.patch.first_part[o];
                 if convex_meet(points, self.outlines[o].part(place), slack) {
                     seen.facets[o] = seen.facet;
@@ -470,8 +469,9 @@ impl Boxes<'_> {
                 done
             });
             if done {
-                return;
+                break;
             }
         }
+        compared
     }
 }

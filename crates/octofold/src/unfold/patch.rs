@@ -170,7 +170,7 @@ impl Patch {
             middles,
             part_of,
             first_part,
-            slack: 1e-9 * (spans / count).max(1e-3),
+            slack: 1e-10 * (spans / count).max(1e-3),
             size,
         }
     }

@@ -35,7 +35,7 @@ const OPEN: f64 = 2.5;
 /// Walks side by side where the first one comes to no end, and the work of the first lap; each lap
 /// is twice as long as the one before.
 const WALKS: usize = 4;
-const LAP: u64 = 1 << 19;
+const LAP: u64 = 1 << 20;
 
 /// Finds pieces of a patch.
 pub(super) fn search(

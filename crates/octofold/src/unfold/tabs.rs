@@ -63,8 +63,8 @@ const SLOPES: [f64; 7] = [0.577, 1.0, 1.732, 2.747, 4.705, 8.144, 14.3];
 /// Heights that are tried, as parts of the usual one.
 const HEIGHTS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
 
-/// Depth in millimetres up to which a tab only touches, and area that it may stick out by.
-const TOUCH: f64 = 1e-7;
+/// Depth in millimetres up to which a tab only touches.
+const TOUCH: f64 = 1e-9;
 
 /// Tabs for all joints that can have one, and strips for the others.
 pub(super) fn tabs(
