@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 9] =
-    ["attributes", "exact", "par", "quadric", "radix", "run", "scan", "sets", "sweep"];
+const FREE: [&str; 10] =
+    ["attributes", "exact", "par", "quadric", "radix", "random", "run", "scan", "sets", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 22] = [
+const TABLE: [(&str, &[&str]); 23] = [
     ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
@@ -34,6 +34,7 @@ const TABLE: [(&str, &[&str]); 22] = [
             "repair",
             "simplify",
             "surface",
+            "unfold",
             "volume",
         ],
     ),
@@ -44,6 +45,7 @@ const TABLE: [(&str, &[&str]); 22] = [
     ("soup", &["mesh", "polygon"]),
     ("spans", &["rows", "volume"]),
     ("surface", &["bits", "histogram", "measure", "mesh", "octree", "spans", "volume"]),
+    ("unfold", &["measure", "mesh"]),
     ("volume", &[]),
     ("voxelize", &["lattice", "measure", "mesh", "octree", "spans", "volume"]),
 ];

@@ -13,6 +13,7 @@ mod run;
 mod sample;
 mod simplify;
 mod surface;
+mod unfold;
 mod voxelize;
 
 use crate::job::{Job, Outcome};
@@ -41,6 +42,8 @@ pub enum Command {
     Simplify(simplify::Args),
     /// Solids as linked surface voxels: small files that can still be computed with
     Net(net::Args),
+    /// Turn a mesh into sheets of paper to cut, fold and glue
+    Unfold(unfold::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
     /// Repeat a paper's experiments beside its published figures
@@ -65,6 +68,7 @@ impl Command {
             Self::Repair(_) => "repair",
             Self::Simplify(_) => "simplify",
             Self::Net(_) => "net",
+            Self::Unfold(_) => "unfold",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
             Self::Run(_) => "run",
@@ -86,6 +90,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Repair(args) => args.run(job),
         Command::Simplify(args) => args.run(job),
         Command::Net(args) => args.run(job),
+        Command::Unfold(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),

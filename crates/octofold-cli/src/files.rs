@@ -132,6 +132,11 @@ impl OutputArgs {
 }
 
 impl Input {
+    /// The file, `-` for standard input.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Opens the file and finds its format.
     pub fn open(&self) -> Result<Opened> {
         let source = Source::open(&self.path)?;
@@ -147,6 +152,11 @@ impl Opened {
     /// What the format holds.
     pub fn kind(&self) -> Kind {
         self.format.kind()
+    }
+
+    /// True where the format's models stand along y by convention.
+    pub fn stands_along_y(&self) -> bool {
+        matches!(self.format, Format::Gltf | Format::Glb | Format::Obj)
     }
 
     /// Reads the shape.

@@ -7,7 +7,7 @@ use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
 use octofold::measure::{self, Measures, Verdict, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
-use octofold::report::{Answer, RepairReport, Report, ShapeMeasures, SimplifyReport};
+use octofold::report::{Answer, RepairReport, Report, ShapeMeasures, SimplifyReport, UnfoldReport};
 use octofold::simplify::SimplifyOptions;
 use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Mesh, Run};
@@ -57,6 +57,8 @@ pub struct Account {
     pub repair: Option<RepairReport>,
     /// What was simplified.
     pub simplify: Option<SimplifyReport>,
+    /// What was unfolded.
+    pub unfold: Option<UnfoldReport>,
 }
 
 impl Job {
@@ -241,7 +243,7 @@ impl Job {
     }
 
     /// Measures for the report; nothing is measured that nobody asked for.
-    fn measures(&self, shape: &Shape) -> Result<Option<ShapeMeasures>> {
+    pub fn measures(&self, shape: &Shape) -> Result<Option<ShapeMeasures>> {
         Ok(if self.json { Some(ShapeMeasures::of(shape, &self.run)?) } else { None })
     }
 
@@ -272,7 +274,7 @@ impl Job {
         if !self.json {
             return Ok(());
         }
-        let Account { answer, steps, input, output, surface, repair, simplify } = account;
+        let Account { answer, steps, input, output, surface, repair, simplify, unfold } = account;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: self.command,
@@ -286,6 +288,7 @@ impl Job {
             surface,
             repair,
             simplify,
+            unfold,
             findings,
         };
         self.answer(&serde_json::to_string_pretty(&report)?)

@@ -19,6 +19,7 @@ pub mod pipeline;
 pub mod polygon;
 pub mod quadric;
 pub mod radix;
+mod random;
 pub mod repair;
 pub mod report;
 pub mod rows;
@@ -31,6 +32,7 @@ pub mod solid;
 pub mod soup;
 pub mod spans;
 pub mod surface;
+pub mod unfold;
 pub mod volume;
 pub mod voxelize;
 

@@ -11,6 +11,7 @@ use crate::repair::RepairAccount;
 use crate::run::{Finding, Run};
 use crate::simplify::SimplifyAccount;
 use crate::surface::SurfaceAccount;
+use crate::unfold::{UnfoldAccount, UnfoldOptions};
 use crate::volume::{Placement, Region, ScalarType, Volume, VolumeError};
 use serde::Serialize;
 
@@ -45,8 +46,20 @@ pub struct Report {
     pub repair: Option<RepairReport>,
     /// What a simplification tells of its own work.
     pub simplify: Option<SimplifyReport>,
+    /// What unfolding tells of its own work.
+    pub unfold: Option<UnfoldReport>,
     /// Odd things that did not stop the work.
     pub findings: Vec<Finding>,
+}
+
+/// How a mesh was unfolded, and what came of it.
+#[derive(Debug, Clone, Serialize)]
+pub struct UnfoldReport {
+    /// What was asked for.
+    pub options: UnfoldOptions,
+    /// What was done.
+    #[serde(flatten)]
+    pub account: UnfoldAccount,
 }
 
 /// What was repaired, and what is proved of the file that was written.

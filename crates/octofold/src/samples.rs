@@ -12,7 +12,6 @@ mod mesh;
 mod part;
 mod primitive;
 mod product;
-mod random;
 mod scan;
 
 pub use field::Field;

@@ -3,7 +3,7 @@
 //! Defects lie apart, so that each is found again by counting edges: none touches the faces
 //! around another.
 
-use super::random::Random;
+use crate::random::Random;
 use crate::soup::{Soup, SoupBuilder};
 use glam::DVec3;
 use rustc_hash::FxHashMap;

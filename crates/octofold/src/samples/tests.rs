@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::mesh::Mesh;
+use crate::random::Random;
 use crate::volume::{Region, Volume};
 use glam::DVec3;
-use random::Random;
 use rustc_hash::FxHashMap;
 
 /// How often each directed edge of the faces stands there, in the order of the edges.

@@ -1,7 +1,7 @@
 //! A tiny generator of numbers that are the same everywhere (SplitMix64, Steele et al. 2014).
 
 /// Numbers that follow from a seed alone.
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     /// The sequence of `seed`.

@@ -1,0 +1,175 @@
+//! The front door for papercraft sheets: patterns to PDF, SVG, DXF and FOLD.
+
+use crate::columns::sink_error;
+use crate::drawing::{Drawing, pages};
+use crate::{Sink, WriteError, dxf, fold, pdf, save, svg};
+use octofold::unfold::Pattern;
+use octofold::{Run, ShapeError, SoupBuilder};
+use std::path::{Path, PathBuf};
+
+/// File formats that hold sheets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum SheetFormat {
+    Pdf,
+    Svg,
+    Dxf,
+    Fold,
+}
+
+impl SheetFormat {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Pdf, Self::Svg, Self::Dxf, Self::Fold];
+
+    /// Name, which is also the ending of files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pdf => "pdf",
+            Self::Svg => "svg",
+            Self::Dxf => "dxf",
+            Self::Fold => "fold",
+        }
+    }
+
+    /// The format that a file name's ending stands for.
+    pub fn of_name(name: &str) -> Option<Self> {
+        let lower = name.to_ascii_lowercase();
+        Self::ALL.into_iter().find(|f| {
+            lower.strip_suffix(f.name()).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'))
+        })
+    }
+}
+
+/// Writes a pattern: all files, or none of them.
+///
+/// PDF and FOLD hold all pages. SVG and DXF take a file for each, numbered where there are several;
+/// beside an SVG stands the unfolded mesh as OBJ.
+pub fn write_sheets(
+    pattern: &Pattern,
+    path: &Path,
+    format: SheetFormat,
+    run: &Run,
+) -> Result<(), WriteError> {
+    let drawings = pages(pattern);
+    let title = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    match format {
+        SheetFormat::Pdf => save(path, |sink| {
+            let bytes = pdf::document(pattern, &drawings, &title).map_err(sink_error)?;
+            sink.out.write_all(&bytes).map_err(sink_error)
+        }),
+        SheetFormat::Fold => save(path, |sink| {
+            sink.out.write_all(fold::document(pattern, &title).as_bytes()).map_err(sink_error)
+        }),
+        SheetFormat::Svg => save(&first(path, drawings.len()), |sink| {
+            let page = |number, drawing: &Drawing| svg::page(pattern, drawing, number);
+            page_by_page(sink, path, &drawings, page, run)?;
+            sink.beside(format!("{title}.obj"), mesh_text(pattern, run)?);
+            Ok(())
+        }),
+        SheetFormat::Dxf => save(&first(path, drawings.len()), |sink| {
+            page_by_page(sink, path, &drawings, |_, drawing| dxf::page(drawing), run)
+        }),
+    }
+    .map_err(|error| match error {
+        WriteError::Io { source, .. } => WriteError::Io { path: path.into(), source },
+        other => other,
+    })
+}
+
+/// The name of a page's file.
+fn numbered(path: &Path, page: usize, pages: usize) -> PathBuf {
+    if pages < 2 {
+        return path.into();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{}.{ending}", page + 1))
+}
+
+fn first(path: &Path, pages: usize) -> PathBuf {
+    numbered(path, 0, pages)
+}
+
+/// Writes a text for each page, the first into the main file and the others beside it.
+fn page_by_page(
+    sink: &mut Sink<'_>,
+    path: &Path,
+    drawings: &[Drawing],
+    text: impl Fn(u32, &Drawing) -> String,
+    run: &Run,
+) -> Result<(), WriteError> {
+    for (page, drawing) in drawings.iter().enumerate() {
+        run.check()?;
+        let text = text(page as u32, drawing).into_bytes();
+        if page == 0 {
+            sink.out.write_all(&text).map_err(sink_error)?;
+        } else {
+            let name = numbered(path, page, drawings.len());
+            sink.beside(name.file_name().unwrap_or_default().to_string_lossy(), text);
+        }
+    }
+    Ok(())
+}
+
+/// The unfolded mesh as OBJ.
+fn mesh_text(pattern: &Pattern, run: &Run) -> Result<Vec<u8>, WriteError> {
+    let mut builder = SoupBuilder::default();
+    builder.points.clone_from(&pattern.mesh.points);
+    pattern.mesh.faces.iter().for_each(|face| builder.face(face));
+    let unfit = |e: ShapeError| WriteError::Unfit { format: "obj", fact: e.to_string() };
+    let soup = builder.build().map_err(unfit)?;
+    let mut bytes = Vec::new();
+    crate::obj::write(&soup, &mut Sink::new(&mut bytes, "net"), run)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use octofold::samples::Sample;
+    use octofold::unfold::{Scale, UnfoldOptions, unfold};
+
+    fn pattern() -> Pattern {
+        let mesh = Sample::Cube.polygons(1).unwrap().triangulate();
+        let options = UnfoldOptions { scale: Scale::Size(120.0), ..UnfoldOptions::default() };
+        unfold(&mesh, &options, &Run::default()).unwrap().pattern
+    }
+
+    #[test]
+    fn every_format_writes_the_same_bytes_twice() {
+        let pattern = pattern();
+        assert!(pattern.pages > 1);
+        let folder = tempfile::tempdir().unwrap();
+        for format in SheetFormat::ALL {
+            let path = folder.path().join(format!("cube.{}", format.name()));
+            let write = || {
+                write_sheets(&pattern, &path, format, &Run::default()).unwrap();
+                let mut files: Vec<_> = std::fs::read_dir(folder.path())
+                    .unwrap()
+                    .map(|entry| entry.unwrap().path())
+                    .map(|path| (path.clone(), std::fs::read(path).unwrap()))
+                    .collect();
+                files.sort();
+                files
+            };
+            assert_eq!(write(), write());
+        }
+        let name = |number| folder.path().join(format!("cube-{number}.svg"));
+        assert!((1..=pattern.pages).all(|number| name(number).exists()));
+        assert!(folder.path().join("cube.obj").exists());
+    }
+
+    #[test]
+    fn the_ruler_is_as_long_as_it_says() {
+        let drawing = &pages(&pattern())[0];
+        let length = |line: &crate::drawing::Line| line.points[1][0] - line.points[0][0];
+        let own = drawing.lines.iter().filter(|l| l.layer == crate::drawing::Layer::Page);
+        assert_eq!(own.map(length).fold(0.0, f64::max), 100.0);
+    }
+
+    #[test]
+    fn formats_go_by_their_ending() {
+        assert_eq!(SheetFormat::of_name("a/B.PDF"), Some(SheetFormat::Pdf));
+        assert_eq!(SheetFormat::of_name("a.obj"), None);
+    }
+}
