@@ -13,7 +13,7 @@ fn octofold(folder: &Path, threads: &str, words: &[&str]) -> Vec<u8> {
 
 #[test]
 fn files_and_answers_do_not_depend_on_threads() {
-    const STEPS: [&[&str]; 16] = [
+    const STEPS: [&[&str]; 17] = [
         &["sample", "kettle", "kettle.ply", "--resolution", "48"],
         &["sample", "scan", "scan.ply", "--resolution", "48"],
         &["sample", "gyroid", "gyroid.npy", "--resolution", "70"],
