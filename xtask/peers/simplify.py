@@ -127,12 +127,12 @@ class Reference:
         self.normals, self.near = mesh.face_normals[face], cKDTree(at)
         self.samples = np.concatenate([self.points, at])
         self.own = counted(self.points, self.faces)
+        self.own["turned over"] = self.turned_over(self.points, self.faces)
 
     def faults(self, points, faces):
         found = counted(points, faces)
-        worse = {name: max(0, found[name] - self.own[name]) for name in FAULTS[:-1]}
-        worse["turned over"] = self.turned_over(points, faces)
-        return worse
+        found["turned over"] = self.turned_over(points, faces)
+        return {name: max(0, found[name] - self.own[name]) for name in FAULTS}
 
     def turned_over(self, points, faces):
         """Triangles with no sample of the input about as near as the nearest that faces their way."""
