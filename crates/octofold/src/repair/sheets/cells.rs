@@ -186,45 +186,38 @@ impl<'a> Cells<'a> {
             })
         })?;
         let low = self.without_holes(low, run)?;
-        self.configs = self.members.per_cell(run, |cell, place| {
-            (0..3).fold(low[cell as usize], |config, axis| {
-                let mut above = coordinates(place.cell).map(|x| x as i32);
-                above[axis] += 1;
-                match self.members.beside(place.brick, above) {
-                    Some(above) => config.with(2 * axis + 1, low[above as usize].pairing(2 * axis)),
-                    None => config,
-                }
-            })
-        })?;
+        self.configs = self.members.per_cell(run, |cell, place| self.whole(&low, cell, place))?;
         Ok(())
+    }
+
+    /// A configuration of whose faces only the low ones are known, with the high ones, which are low
+    /// ones of other cells.
+    fn whole(&self, low: &[Config], cell: u32, place: Place) -> Config {
+        (0..3).fold(low[cell as usize], |config, axis| match self.along(place, axis, 1) {
+            Some(above) => config.with(2 * axis + 1, low[above as usize].pairing(2 * axis)),
+            None => config,
+        })
+    }
+
+    /// The cell `by` further along an axis.
+    fn along(&self, place: Place, axis: usize, by: i32) -> Option<u32> {
+        let mut local = coordinates(place.cell).map(|x| x as i32);
+        local[axis] += by;
+        self.members.beside(place.brick, local)
     }
 
     /// Takes back pairings that would open a hole. A face that pairs its edges is parted in two, which
     /// is made up for where a cell falls into more leaves: of faces that hang together all stay joined
     /// where there are more of them than leaves won.
     fn without_holes(&self, mut low: Vec<Config>, run: &Run) -> Result<Vec<Config>, Cancelled> {
-        let above = |config: Config, cell: u32, place: Place| {
-            (0..3).fold(config, |config, axis| {
-                let mut local = coordinates(place.cell).map(|x| x as i32);
-                local[axis] += 1;
-                let above = self.members.beside(place.brick, local);
-                let pairing = above.map(|c| low[c as usize].pairing(2 * axis));
-                let _ = cell;
-                pairing.map_or(config, |p| config.with(2 * axis + 1, p))
-            })
-        };
         let parts = self.members.per_brick(run, |bricks| {
             let mut found = Vec::new();
             for brick in bricks {
                 self.members.in_brick(brick, |cell, place| {
-                    let whole = above(low[cell as usize], cell, place);
+                    let whole = self.whole(&low, cell, place);
                     let faces: Vec<(usize, u32)> = (0..3)
                         .filter(|&axis| whole.pairing(2 * axis) != Pairing::Junction)
-                        .filter_map(|axis| {
-                            let mut local = coordinates(place.cell).map(|x| x as i32);
-                            local[axis] -= 1;
-                            Some((axis, self.members.beside(place.brick, local)?))
-                        })
+                        .filter_map(|axis| Some((axis, self.along(place, axis, -1)?)))
                         .collect();
                     if (0..6).any(|f| whole.pairing(f) != Pairing::Junction) {
                         let plain = self.config(cell).leaves(false).count();
