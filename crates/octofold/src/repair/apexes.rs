@@ -6,7 +6,7 @@
 //! sides have no point in common. Whether the direction does is tested in integers. Source:
 //! specification of repair (D.6, rule 3).
 
-use super::bricks::{BRICK, Place, coordinates};
+use super::bricks::{BRICK, Bricks, Place, coordinates};
 use super::cells::Cells;
 use super::loops::{Config, Loops, Side};
 use super::piercing::{Guide, Point, SHELL, Split, Target, cross, dot, sub};
@@ -188,15 +188,12 @@ pub fn face_centre(place: Place, f: usize, steps: i32) -> Point {
 }
 
 /// The cell at whose low corner edge `e` of a cell begins.
-pub fn owner(cells: &Cells<'_>, place: Place, e: usize) -> Option<Place> {
+pub fn owner(bricks: &Bricks, place: Place, e: usize) -> Option<Place> {
     let (low, inside) = (edge_corner(e), coordinates(place.cell));
     if low == 0 {
         return Some(place);
     }
-    cells
-        .members
-        .bricks
-        .place(place.brick, std::array::from_fn(|a| (inside[a] + (low as u32 >> a & 1)) as i32))
+    bricks.place(place.brick, std::array::from_fn(|a| (inside[a] + (low as u32 >> a & 1)) as i32))
 }
 
 /// The piercing points of edge `e` of a cell.
@@ -208,7 +205,8 @@ pub fn split<G: Guide>(
     e: usize,
     steps: i32,
 ) -> Split {
-    let crossings = owner(cells, place, e).and_then(|o| guide.crossings(o, edge_axis(e)));
+    let crossings =
+        owner(cells.members.bricks, place, e).and_then(|o| guide.crossings(o, edge_axis(e)));
     Split::new(crossings, config.pierced(e), steps)
 }
 

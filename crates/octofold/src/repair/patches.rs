@@ -362,7 +362,7 @@ impl<G: Guide> Weaver<'_, G> {
 
     /// The number of piercing point `p` of a cell.
     fn point_number(&self, woven: &Woven, place: Place, p: usize) -> Option<u32> {
-        let owner = self.cells.members.find(owner(self.cells, place, p / 2)?)?;
+        let owner = self.cells.members.find(owner(self.cells.members.bricks, place, p / 2)?)?;
         Some(self.extra(woven, owner, 2 * edge_axis(p / 2) + p % 2))
     }
 

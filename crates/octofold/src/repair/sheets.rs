@@ -247,9 +247,7 @@ fn smooth(
                             continue;
                         }
                         let (axis, e) = (f / 2, group.trailing_zeros() as usize);
-                        let mut local = super::bricks::coordinates(place.cell).map(|x| x as i32);
-                        local[axis] += 2 * (f % 2) as i32 - 1;
-                        if let Some(beside) = cells.members.beside(place.brick, local) {
+                        if let Some(beside) = cells.along(place, axis, 2 * (f % 2) as i32 - 1) {
                             let e = edge_at(edge_corner(e) ^ 1 << axis, edge_axis(e));
                             around.push(apexes.of[cells.leaf_at(beside, e) as usize]);
                         }

@@ -6,7 +6,7 @@
 //! graphs without a common point meet in the apex alone. Source: specification of repair (D.6).
 
 use super::super::apexes::{face_centre, inside, on_edge};
-use super::super::bricks::{Place, coordinates};
+use super::super::bricks::Place;
 use super::super::piercing::Point;
 use super::cells::{Cells, each_edge};
 use super::complex::Edge;
@@ -14,7 +14,6 @@ use super::guide::{Leaf, SheetGuide};
 use super::pockets::Pockets;
 use crate::exact;
 use crate::run::{Cancelled, Run};
-use crate::surface::cell::{edge_axis, edge_corner};
 use glam::DVec3;
 
 /// The vertices of all leaves.
@@ -125,10 +124,7 @@ pub fn crossing<G: SheetGuide>(
     e: usize,
     steps: i32,
 ) -> Point {
-    let (low, inside) = (edge_corner(e), coordinates(place.cell));
-    let local = std::array::from_fn(|a| (inside[a] + (low as u32 >> a & 1)) as i32);
-    let owner = cells.members.bricks.place(place.brick, local);
-    let at = owner.and_then(|place| guide.piercing(Edge { place, axis: edge_axis(e) }).at);
+    let at = Edge::of_cell(cells.members.bricks, place, e).and_then(|edge| guide.piercing(edge).at);
     let at = at.unwrap_or(f64::from(steps) / 2.0).round() as i32;
     on_edge(place, e, at.clamp(1, steps - 1), steps)
 }

@@ -200,7 +200,7 @@ impl<'a> Cells<'a> {
     }
 
     /// The cell `by` further along an axis.
-    fn along(&self, place: Place, axis: usize, by: i32) -> Option<u32> {
+    pub fn along(&self, place: Place, axis: usize, by: i32) -> Option<u32> {
         let mut local = coordinates(place.cell).map(|x| x as i32);
         local[axis] += by;
         self.members.beside(place.brick, local)

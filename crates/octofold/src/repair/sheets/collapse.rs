@@ -9,7 +9,7 @@
 use super::super::bricks::{Block, Place};
 use super::complex::{Complex, Edge, Vertex, ahead};
 use super::guide::SheetGuide;
-use super::pockets::{Beyond, Pockets, edge_from};
+use super::pockets::{Beyond, Pockets, edge_from, vertex_from};
 use crate::run::{Cancelled, Run};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -50,11 +50,8 @@ pub fn collapse<'a, G: SheetGuide>(
     let mut known = FxHashMap::default();
     let gone = pockets.collapse(complex, &mut known, run)?;
     told.cells = gone.iter().filter(|&&g| g).count() as u64;
-    // What solid parts enclose stays solid.
-    for (place, _) in pockets.places.iter().zip(&gone).filter(|(_, gone)| !**gone) {
-        complex.solid[place.brick as usize][place.cell as usize / 64] |= 1 << (place.cell % 64);
-    }
-    drop_buried(complex, &pockets.places, &gone);
+    let left = pockets.places.iter().zip(&gone).filter(|(_, gone)| !**gone);
+    bury(complex, &left.map(|(&place, _)| place).collect::<Vec<_>>());
     told.dangling = prune(complex, Holds { guide, pockets: &pockets, known }, run)?;
     Ok(Some((told, pockets)))
 }
@@ -148,12 +145,15 @@ enum Rank {
     Kept,
 }
 
-/// Takes away quads between two solid vertices, which some have become.
-fn drop_buried(complex: &mut Complex<'_>, places: &[Place], gone: &[bool]) {
-    for (&place, _) in places.iter().zip(gone).filter(|(_, gone)| !**gone) {
+/// Makes 3-cells solid that nothing could collapse, since solid parts enclose them, and takes away the
+/// quads that lie between two solid vertices now.
+fn bury(complex: &mut Complex<'_>, left: &[Place]) {
+    for place in left {
+        complex.solid[place.brick as usize][place.cell as usize / 64] |= 1 << (place.cell % 64);
+    }
+    for &place in left {
         for d in 0..6 {
-            let by = if d % 2 == 1 { 1 } else { -1 };
-            let beyond = complex.step(place, d / 2, by);
+            let beyond = vertex_from(complex, place, d);
             if beyond.is_none_or(|p| complex.vertex(p) == Vertex::Solid)
                 && let Some(edge) = edge_from(complex, place, d)
             {
@@ -245,7 +245,7 @@ fn is_crumb(complex: &Complex<'_>, edge: Edge) -> bool {
     alone
         && complex.cells_round(edge).into_iter().flatten().any(|cell| {
             (0..12).any(|e| {
-                let other = complex.edge_of_cell(cell, e);
+                let other = Edge::of_cell(complex.bricks, cell, e);
                 other.is_some_and(|other| other != edge && complex.stands(other))
             })
         })

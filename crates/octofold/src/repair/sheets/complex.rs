@@ -5,10 +5,11 @@
 //! vertex stands in the place of the cell at whose low corner it is, an edge in that of its low end.
 //! Source: specification of repair (A.2).
 
+use super::super::apexes::owner;
 use super::super::bricks::{Block, Bricks, Halo, Place, coordinates, has};
 use super::super::labels::{Labels, per_brick};
 use crate::run::{Cancelled, Run};
-use crate::surface::cell::{edge_axis, edge_corner};
+use crate::surface::cell::edge_axis;
 
 /// Vertices by what they touch, and edges by whether their quads stand.
 pub struct Complex<'a> {
@@ -105,14 +106,6 @@ impl<'a> Complex<'a> {
         [Some(place), below, across, self.step(place, v, -1)]
     }
 
-    /// Edge `e` of a cell.
-    pub fn edge_of_cell(&self, cell: Place, e: usize) -> Option<Edge> {
-        let (low, inside) = (edge_corner(e) as u32, coordinates(cell.cell));
-        let local = std::array::from_fn(|a| (inside[a] + (low >> a & 1)) as i32);
-        let place = self.bricks.place(cell.brick, local)?;
-        Some(Edge { place, axis: edge_axis(e) })
-    }
-
     /// The four faces round an edge, each by the cell at whose low corner it is and its axis.
     pub fn faces_round(&self, Edge { place, axis }: Edge) -> [Option<(Place, usize)>; 4] {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -135,6 +128,11 @@ pub struct Edge {
 }
 
 impl Edge {
+    /// Edge `e` of a cell.
+    pub fn of_cell(bricks: &Bricks, cell: Place, e: usize) -> Option<Self> {
+        Some(Self { place: owner(bricks, cell, e)?, axis: edge_axis(e) })
+    }
+
     /// A number for each edge, in order of the bricks.
     pub fn key(self) -> u64 {
         let vertex = u64::from(self.place.brick) << 9 | u64::from(self.place.cell);

@@ -25,6 +25,11 @@ pub fn edge_from(complex: &Complex<'_>, place: Place, d: usize) -> Option<Edge> 
     place.map(|place| Edge { place, axis })
 }
 
+/// The vertex at the other end of that edge.
+pub fn vertex_from(complex: &Complex<'_>, place: Place, d: usize) -> Option<Place> {
+    complex.step(place, d / 2, if d % 2 == 1 { 1 } else { -1 })
+}
+
 /// Thin 3-cells, and how the input goes through the six edges of each.
 pub struct Pockets<'a> {
     members: Members<'a>,
@@ -72,8 +77,7 @@ impl<'a> Pockets<'a> {
 
     /// What lies beyond the edge of a pocket in direction `d`.
     pub fn beyond(&self, complex: &Complex<'_>, pocket: u32, d: usize) -> Beyond {
-        let by = if d % 2 == 1 { 1 } else { -1 };
-        let Some(place) = complex.step(self.places[pocket as usize], d / 2, by) else {
+        let Some(place) = vertex_from(complex, self.places[pocket as usize], d) else {
             // A 3-cell never lies in a run of outside cells, nor touches one.
             return Beyond::Solid;
         };

@@ -10,7 +10,6 @@ use super::guide::{CANONICAL, Leaf, PARALLEL, Pairing, Piercing, SheetGuide};
 use crate::measure::nearest_on;
 use crate::scan::Facet;
 use crate::sets::Sets;
-use crate::surface::cell::{edge_axis, edge_corner};
 use glam::{DVec2, DVec3};
 
 /// The input, its borders, and the grid.
@@ -168,13 +167,9 @@ impl SheetGuide for Traced<'_> {
 impl Traced<'_> {
     /// The edges of a leaf.
     fn edges(&self, place: Place, leaf: &Leaf) -> impl Iterator<Item = Edge> {
-        let (edges, inside) = (leaf.edges, coordinates(place.cell));
-        (0..12).filter(move |e| edges >> e & 1 == 1).filter_map(move |e| {
-            let low = edge_corner(e) as u32;
-            let local = std::array::from_fn(|a| (inside[a] + (low >> a & 1)) as i32);
-            let place = self.bricks.place(place.brick, local)?;
-            Some(Edge { place, axis: edge_axis(e) })
-        })
+        let edges = leaf.edges;
+        let own = (0..12).filter(move |e| edges >> e & 1 == 1);
+        own.filter_map(move |e| Edge::of_cell(self.bricks, place, e))
     }
 
     /// Whether an edge is pierced in more places than one by walls that are parallel.

@@ -6,7 +6,7 @@
 //! rules as in closed repair; no rule needs more of a line than that it lies in its face. Source:
 //! specification of repair (D.6).
 
-use super::super::apexes::face_centre;
+use super::super::apexes::{face_centre, owner};
 use super::super::bricks::{Place, coordinates};
 use super::super::patches::{Quad, diagonal};
 use super::super::piercing::{Point, sub};
@@ -124,9 +124,7 @@ impl<G: SheetGuide> Weaver<'_, G> {
     }
 
     fn below_along(&self, place: Place, axis: usize) -> Option<u32> {
-        let mut down = [0; 3];
-        down[axis] = 1;
-        self.below(place, down)
+        self.cells.along(place, axis, -1)
     }
 
     /// The number of the vertex of the leaf with edge `e` of a cell.
@@ -278,11 +276,8 @@ impl<G: SheetGuide> Weaver<'_, G> {
     /// The halves of the lines on the low face of a cell along `axis`, on both of its sides.
     fn weave_lines(&self, wall: &Wall<'_>, cell: u32, place: Place, axis: usize, part: &mut Woven) {
         let Some(below) = self.below_along(place, axis) else { return };
-        let inside = coordinates(place.cell);
         let on_edge = |e: usize| {
-            let low = edge_corner(e) as u32;
-            let local = std::array::from_fn(|a| (inside[a] + (low >> a & 1)) as i32);
-            let owner = self.cells.members.beside(place.brick, local)?;
+            let owner = self.cells.members.find(owner(self.cells.members.bricks, place, e)?)?;
             Some(wall.point(owner, edge_axis(e)))
         };
         for group in self.cells.config(cell).groups(2 * axis) {
