@@ -76,7 +76,9 @@ impl Reducer {
     /// Puts all edges into the queue.
     pub fn fill(&mut self, edges: &[Spoke]) {
         for edge in edges {
-            self.offer(edge.side);
+            if !self.offer(edge.side) {
+                *self.tally.rejected.entry(Rejection::Curve).or_insert(0) += 1;
+            }
         }
     }
 
@@ -150,12 +152,14 @@ impl Reducer {
         self.prepare();
     }
 
-    /// Puts a side into the queue.
-    fn offer(&mut self, side: u32) {
-        if let Some((cost, _)) = self.price(self.complex.ends(side)) {
+    /// Puts a side into the queue; false where it must not move.
+    fn offer(&mut self, side: u32) -> bool {
+        let price = self.price(self.complex.ends(side));
+        if let Some((cost, _)) = price {
             self.waits[(side >> 2) as usize] |= 1 << (side & 3);
             self.queue.push(bucket(cost), side);
         }
+        price.is_some()
     }
 
     /// What an edge costs, and where its point comes to lie; `None` where it must not move.

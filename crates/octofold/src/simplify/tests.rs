@@ -4,7 +4,7 @@
 use super::*;
 use crate::attributes::Attributes;
 use crate::exact;
-use crate::measure::{Verdict, hausdorff_bounds, self_intersections, within};
+use crate::measure::{Topology, Verdict, hausdorff_bounds, self_intersections, within};
 use crate::samples::Sample;
 use crate::surface::{CubesOptions, Inside, marching_cubes, noise};
 use proptest::prelude::*;
@@ -86,12 +86,15 @@ fn folds(mesh: &Mesh) -> usize {
 
 /// Everything that is guaranteed, checked by other means than those that made it.
 fn assert_simplified(mesh: &Mesh, options: &SimplifyOptions) -> Simplified {
-    let (run, welded) = (run(), weld(mesh, &run()).unwrap());
+    let run = run();
+    // Points are welded where that can close a gap.
+    let open = Topology::of(mesh.points.len(), &mesh.triangles, &run).unwrap().boundary_edges.count;
+    let welded = if open > 0 { weld(mesh, &run).unwrap() } else { mesh.clone() };
     let found = simplify(mesh, options, &run).unwrap();
     let (small, account) = (&found.mesh, &found.account);
     assert!(small.check().is_ok());
-    let [before, after] = [&welded, small]
-        .map(|m| crate::measure::Topology::of(m.points.len(), &m.triangles, &run).unwrap());
+    let [before, after] =
+        [&welded, small].map(|m| Topology::of(m.points.len(), &m.triangles, &run).unwrap());
     assert_eq!(before.euler(), after.euler(), "{account:?}");
     assert_eq!(before.components, after.components);
     assert_eq!(before.is_closed(), after.is_closed());
@@ -169,13 +172,14 @@ proptest! {
         options in options(),
     ) {
         let count = points.len();
-        let points = points.iter().map(|p| p.map(f64::from)).collect();
-        let triangles = triangles.iter().map(|t| t.map(|p| (p % count) as u32)).collect();
+        let points: Vec<[f64; 3]> = points.iter().map(|p| p.map(f64::from)).collect();
+        // Triangles that name a point twice would go, and with them what they held together.
+        let triangles = triangles.iter().map(|t| t.map(|p| p % count))
+            .filter(|&[a, b, c]| {
+                points[a] != points[b] && points[b] != points[c] && points[c] != points[a]
+            })
+            .map(|t| t.map(|p| p as u32)).collect();
         let mesh = Mesh::new(points, triangles).unwrap();
-        let proper = weld(&mesh, &run()).unwrap();
-        let wrong = proper.triangles.iter().any(|t| t[0] == t[1] || t[1] == t[2] || t[2] == t[0]);
-        // Triangles that name a point twice go, and with them what they held together.
-        prop_assume!(!wrong);
         assert_simplified(&mesh, &options);
     }
 
