@@ -8,7 +8,7 @@
 
 use super::super::bricks::{Block, Place};
 use super::complex::{Complex, Edge, Vertex, ahead};
-use super::guide::SheetGuide;
+use super::guide::{Piercing, SheetGuide};
 use super::pockets::{Beyond, Pockets, edge_from, vertex_from};
 use crate::run::{Cancelled, Run};
 use glam::DVec3;
@@ -115,7 +115,11 @@ impl Pockets<'_> {
     fn rank(&self, pocket: u32, d: usize) -> (Rank, u32) {
         let piercing = &self.piercings[pocket as usize][d];
         let Some(up) = self.up[pocket as usize] else {
-            return (if piercing.odd { Rank::Other } else { Rank::Unpierced }, 0);
+            return match piercing {
+                Piercing { odd: true, .. } => (Rank::Other, 0),
+                Piercing { at: Some(_), .. } => (Rank::Tip, 0),
+                _ => (Rank::Unpierced, 0),
+            };
         };
         let steep = direction(d).dot(up);
         let order = ((1.0 - steep) * 1024.0) as u32;
@@ -137,6 +141,8 @@ enum Rank {
     Discarded,
     /// Not pierced.
     Unpierced,
+    /// Pierced an even number of times, as at the tip of a fold.
+    Tip,
     /// Of what joins two walls.
     Flange,
     /// Pierced, away from parallel walls.
