@@ -9,6 +9,8 @@ pub mod bits;
 pub mod exact;
 pub mod histogram;
 pub mod lattice;
+mod light;
+pub mod lod;
 pub mod measure;
 pub mod mesh;
 pub mod network;
