@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 11] = [
+const FREE: [&str; 12] = [
     "attributes",
     "exact",
     "light",
@@ -14,6 +14,7 @@ const FREE: [&str; 11] = [
     "quadric",
     "radix",
     "random",
+    "range",
     "run",
     "scan",
     "sets",
@@ -39,6 +40,7 @@ const TABLE: [(&str, &[&str]); 24] = [
         "report",
         &[
             "histogram",
+            "lod",
             "measure",
             "mesh",
             "network",

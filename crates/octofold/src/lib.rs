@@ -22,6 +22,7 @@ pub mod polygon;
 pub mod quadric;
 pub mod radix;
 mod random;
+mod range;
 pub mod repair;
 pub mod report;
 pub mod rows;

@@ -10,6 +10,7 @@
 
 mod bounds;
 mod build;
+mod code;
 mod column;
 mod crossings;
 mod cut;
@@ -20,6 +21,8 @@ mod field;
 mod leaves;
 mod patches;
 mod pyramid;
+mod settled;
+mod sheets;
 mod spread;
 mod sums;
 #[cfg(test)]
@@ -30,8 +33,9 @@ mod tree;
 pub use build::{BuildOptions, VertexRule, build, build_volume};
 pub use column::Column;
 pub use cut::{Criterion, Cut, Eye, Octant};
-pub use drawn::{Drawn, Morphs, drawn};
+pub use drawn::{Diagonal, Drawn, Morphs, drawn};
 pub use patches::{Mode, Patch, Patches, patches};
+pub use settled::{Settled, misses, settled};
 pub use tree::{Crossed, Lod, Node, Parts, Traits};
 
 use crate::lattice::LatticeError;

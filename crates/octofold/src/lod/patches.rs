@@ -64,7 +64,9 @@ pub struct Patch {
     /// Place of the octant that the edge belongs to.
     pub owner: u32,
     /// The edge's number in that octant.
-    pub edge: u32,
+    pub edge: u8,
+    /// It faces along the edge's axis, and not against it.
+    pub along: bool,
 }
 
 impl Patch {
@@ -159,10 +161,11 @@ impl<'a> Rings<'a> {
             let edge = edges.trailing_zeros() as usize;
             edges &= edges - 1;
             if let Some(mut ring) = self.ring(place, level, &LOCAL[edge]) {
-                if !self.faces_along(lod, node, edge, &ring, mode) {
+                let along = self.faces_along(lod, node, edge, &ring, mode);
+                if !along {
                     ring.swap(1, 3);
                 }
-                patches.push(Patch { ring, owner: place, edge: edge as u32 });
+                patches.push(Patch { ring, owner: place, edge: edge as u8, along });
             }
         }
     }

@@ -70,16 +70,6 @@ impl Node {
     pub fn negative(self) -> u16 {
         (self.bits >> 8 & self.bits >> 20 & EDGES) as u16
     }
-
-    /// The same octant without children.
-    pub(super) fn leaf(self) -> Self {
-        Self { first: 0, bits: self.bits & !0xff }
-    }
-
-    /// The same octant with other children.
-    pub(super) fn with_children(self, first: u32, mask: u8) -> Self {
-        Self { first, bits: self.bits & !0xff | u32::from(mask) }
-    }
 }
 
 /// How the surface crosses the edges of an octant, one bit an edge.

@@ -14,7 +14,6 @@ mod mixer;
 mod mixture;
 mod neighbourhood;
 mod prior;
-mod range;
 mod regression;
 #[cfg(test)]
 mod tests;
@@ -27,7 +26,7 @@ use crate::volume::{Placement, Volume};
 use direct::Direct;
 use mixture::Mixture;
 use neighbourhood::Slice;
-use range::{Coder, Decoder, Encoder};
+use crate::range::{Coder, Decoder, Encoder};
 use walk::Walk;
 
 /// Slices that are read or written at a time.

@@ -6,7 +6,7 @@
 
 use super::CodeError;
 use super::direct::Direct;
-use super::range::{Chance, Coder, Decoder, Encoder, Number};
+use crate::range::{Chance, Coder, Decoder, Encoder, Number};
 use super::walk::Walk;
 use crate::par;
 use crate::run::{Cancelled, Run};
