@@ -20,7 +20,7 @@ pub fn bench(name: &str) -> Result<()> {
     let data = std::env::var_os("OCTOFOLD_DATA")
         .map_or_else(|| root().join("../shared/data"), PathBuf::from);
     let script = match name {
-        "certified" | "network" | "simplify" => format!("{name}.py"),
+        "certified" | "lod" | "network" | "simplify" => format!("{name}.py"),
         _ => "bench.py".into(),
     };
     let script = root().join("xtask/peers").join(script);

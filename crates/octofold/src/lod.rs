@@ -18,6 +18,7 @@ mod direction;
 mod drawn;
 mod edges;
 mod field;
+mod front;
 mod leaves;
 mod patches;
 mod pyramid;
@@ -34,7 +35,8 @@ pub use build::{BuildOptions, VertexRule, build, build_volume};
 pub use column::Column;
 pub use cut::{Criterion, Cut, Eye, Octant};
 pub use drawn::{Diagonal, Drawn, Morphs, drawn};
-pub use patches::{Mode, Patch, Patches, patches};
+pub use front::{Change, Front};
+pub use patches::{Mode, Patch, Patches, Patchwork, patches};
 pub use settled::{Settled, misses, settled};
 pub use tree::{Crossed, Lod, Node, Parts, Traits};
 

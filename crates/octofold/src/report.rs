@@ -182,10 +182,10 @@ impl LodFacts {
         let levels: Vec<_> = (0..=lod.levels()).map(|level| lod.level(level)).collect();
         let leaves = || (0..nodes.len()).filter(|&i| nodes[i].children() == 0);
         let errors = |level: &std::ops::Range<u32>| {
-            let (sum, most) = level.clone().map(|node| lod.error(node) * lod.stretch()).fold(
-                (0.0, 0f64),
-                |(sum, most), error| (sum + error, most.max(error)),
-            );
+            let (sum, most) = level
+                .clone()
+                .map(|node| lod.error(node) * lod.stretch())
+                .fold((0.0, 0f64), |(sum, most), error| (sum + error, most.max(error)));
             [sum / f64::from(level.end - level.start).max(1.0), most]
         };
         Self {

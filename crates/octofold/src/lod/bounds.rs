@@ -47,7 +47,8 @@ pub(super) fn bounds(
         let (above, below) = own.split_at_mut(depth + 1);
         let (above, mut children) = (&mut above[depth], below[0].iter());
         for (bound, mask) in above.iter_mut().zip(&levels[depth].masks) {
-            let worst = children.by_ref().take(mask.count_ones() as usize).fold(0f32, |a, &b| a.max(b));
+            let worst =
+                children.by_ref().take(mask.count_ones() as usize).fold(0f32, |a, &b| a.max(b));
             *bound += worst;
         }
     }
@@ -153,15 +154,25 @@ fn cuts([a, b, c, d]: [DVec3; 4]) -> [[Face; 2]; 2] {
     [[face(a, b, c), face(a, c, d)], [face(b, c, d), face(b, d, a)]]
 }
 
-/// The distance of a point from the nearest of some faces, squared.
-fn distance_squared(faces: &[Face], p: DVec3) -> f64 {
-    faces.iter().map(|face| face.distance_squared(p)).fold(f64::INFINITY, f64::min)
+/// The distance of a point from the nearest of some faces, squared; anything up to `enough` where it
+/// is no more than that.
+fn distance_squared(faces: &[Face], p: DVec3, enough: f64) -> f64 {
+    let mut least = f64::INFINITY;
+    for face in faces {
+        least = least.min(face.distance_squared(p));
+        if least <= enough {
+            break;
+        }
+    }
+    least
 }
 
-/// The larger of the distances from both cuts, at most `extent`.
-fn distance(faces: &[Vec<Face>; 2], p: DVec3, extent: f64) -> f64 {
-    let [first, second] = [0, 1].map(|cut| distance_squared(&faces[cut], p));
-    first.max(second).sqrt().min(extent)
+/// The larger of a bound and the distances of a point from both cuts, but no more than `extent`. What
+/// is within the bound is not measured to the end.
+fn grown(bound: f64, faces: &[Vec<Face>; 2], p: DVec3, extent: f64) -> f64 {
+    let enough = bound * bound;
+    let [first, second] = [0, 1].map(|cut| distance_squared(&faces[cut], p, enough));
+    bound.max(first.max(second).sqrt().min(extent))
 }
 
 fn of_octants(
@@ -180,8 +191,8 @@ fn of_octants(
             stars.faces(i, &mut faces);
             let first = firsts[i] as usize;
             let children = first..first + level.masks[i].count_ones() as usize;
-            let of = |c: usize| distance(&faces, below.vertex(c, size / 2), stars.extent());
-            children.map(of).fold(0.0, f64::max) as f32
+            let extent = stars.extent();
+            children.fold(0.0, |b, c| grown(b, &faces, below.vertex(c, size / 2), extent)) as f32
         };
         block.map(bound).collect::<Vec<_>>()
     })?;
@@ -209,7 +220,7 @@ fn of_leaves(
                     let [first, second] = cuts(ring);
                     let of = |s: usize| {
                         let at = crossings.edges[edge].at(&crossings.samples[s]);
-                        distance_squared(&first, at).max(distance_squared(&second, at))
+                        distance_squared(&first, at, 0.0).max(distance_squared(&second, at, 0.0))
                     };
                     crossings.of(edge).map(of).fold(0.0, f64::max).sqrt()
                 });
@@ -225,11 +236,11 @@ fn of_leaves(
     let parts = par::blocks(run, count, BLOCK, |block| {
         let mut faces = [Vec::new(), Vec::new()];
         let bound = |i: usize| {
-            let mut bound = 0f32;
+            let mut bound = 0f64;
             let mut met = false;
             for what in leaves.found(i) {
                 match what {
-                    Found::Edge(edge, _) => bound = bound.max(of_edge[edge]),
+                    Found::Edge(edge, _) => bound = bound.max(of_edge[edge].into()),
                     Found::Vertex(v) => {
                         if !met {
                             // A vertex alone in its octant is near the patches beside it.
@@ -245,13 +256,13 @@ fn of_leaves(
                             }
                             met = true;
                         }
-                        bound = bound.max(distance(&faces, vertices[v], stars.extent()) as f32);
+                        bound = grown(bound, &faces, vertices[v], stars.extent());
                     }
                     Found::Border => {}
                 }
             }
             let is_bare = !met && stars.level.crossed[i].any == 0;
-            if is_bare { stars.extent() as f32 } else { bound }
+            (if is_bare { stars.extent() } else { bound }) as f32
         };
         block.map(bound).collect::<Vec<_>>()
     })?;

@@ -80,7 +80,7 @@ pub fn build(mesh: &Mesh, options: &BuildOptions, run: &Run) -> Result<Lod, LodE
         return Err(LodError::TooMany(squares as u64));
     }
     let tint = Tint::of(mesh);
-    let crossings = Crossings::of_mesh(&facets, tint.as_ref(), &lattice, run)?;
+    let mut crossings = Crossings::of_mesh(&facets, tint.as_ref(), &lattice, run)?;
     let mut used = vec![false; mesh.points.len()];
     mesh.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);
     let size = f64::from(1u32 << lattice.sub_bits());
@@ -88,8 +88,15 @@ pub fn build(mesh: &Mesh, options: &BuildOptions, run: &Run) -> Result<Lod, LodE
         .filter(|(_, used)| **used)
         .map(|(&p, _)| DVec3::from(lattice.snap(p).map(f64::from)) / size)
         .collect();
-    let border = border(mesh, &lattice, run)?;
-    let frame = Placement { origin: lattice.origin(), unit: mesh.unit, ..Placement::spacing([lattice.cell(); 3]) };
+    let (border, even) = border(mesh, &lattice, run)?;
+    if even {
+        crossings.judge_by_parity();
+    }
+    let frame = Placement {
+        origin: lattice.origin(),
+        unit: mesh.unit,
+        ..Placement::spacing([lattice.cell(); 3])
+    };
     Surface { crossings, vertices, border }.model(options.level, frame, options, run)
 }
 
@@ -130,7 +137,8 @@ fn root(mesh: &Mesh, level: u32) -> Result<Lattice, LatticeError> {
         return Ok(lattice);
     }
     let grown = pitch * 1e-9;
-    let corner = |way: f64| std::array::from_fn(|a| (low[a] + high[a]) / 2.0 + way * (side / 2.0 - grown));
+    let corner =
+        |way: f64| std::array::from_fn(|a| (low[a] + high[a]) / 2.0 + way * (side / 2.0 - grown));
     Lattice::with_pitch([corner(-1.0), corner(1.0)], pitch)
 }
 
@@ -142,18 +150,23 @@ fn area(mesh: &Mesh) -> f64 {
     (0..mesh.triangles.len()).map(of).sum()
 }
 
-/// Morton codes of the cells that edges of a single triangle touch.
-fn border(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Vec<u64>, Cancelled> {
+/// Morton codes of the cells that edges of a single triangle touch, and whether every edge has an even
+/// number of triangles.
+fn border(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<(Vec<u64>, bool), Cancelled> {
     let edges = par::blocks(run, mesh.triangles.len(), BLOCK, |block| {
         let edges = mesh.triangles[block].iter().flat_map(|&[p, q, r]| [[p, q], [q, r], [r, p]]);
         let key = |[p, q]: [u32; 2]| u64::from(p.min(q)) << 32 | u64::from(p.max(q));
         edges.map(key).collect::<Vec<_>>()
     })?;
-    let mut codes = Vec::new();
+    let (mut codes, mut even) = (Vec::new(), true);
     for share in radix::sort(edges, 0, Equal::Keep) {
         for group in share.chunk_by(|a, b| a == b) {
             let ends = [group[0] >> 32, group[0] & u64::from(u32::MAX)];
-            if let [_] = group && ends[0] != ends[1] {
+            if ends[0] == ends[1] {
+                continue;
+            }
+            even &= group.len() % 2 == 0;
+            if group.len() == 1 {
                 let [p, q] = ends.map(|p| lattice.snap(mesh.points[p as usize]));
                 scan::cells(&[p, q, q], lattice.sub_bits(), |cell| codes.push(morton(cell)));
             }
@@ -161,7 +174,7 @@ fn border(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<Vec<u64>, Cancell
     }
     codes.sort_unstable();
     codes.dedup();
-    Ok(codes)
+    Ok((codes, even))
 }
 
 /// A surface on the finest grid.

@@ -235,8 +235,7 @@ impl Walk {
         let parent = own.parent as usize;
         let size = 1u32 << (self.levels - u32::from(own.level));
         let last = usize::from(u32::from(own.level) == self.levels);
-        let known: Vec<usize> =
-            own.beside.iter().map(|&n| n as usize).filter(|&n| n < i).collect();
+        let known: Vec<usize> = own.beside.iter().map(|&n| n as usize).filter(|&n| n < i).collect();
         let told_node = told.map_or(Node::new(0, 0, Crossed::default()), |p| p.nodes[i]);
 
         // The normal.
@@ -252,9 +251,8 @@ impl Walk {
         let expected = direction::packed(mean);
         let told_normal = told.map_or([0; 2], |p| p.normals[i]);
         let context = (usize::from(known.len() > 1) * 8 + spread) * 2;
-        let normal = [0, 1].map(|k| {
-            self.of_normals[context + k].near(coder, told_normal[k], expected[k])
-        });
+        let normal =
+            [0, 1].map(|k| self.of_normals[context + k].near(coder, told_normal[k], expected[k]));
         let facing = direction::unpacked(normal);
 
         // A plane through those beside it and its parent.
@@ -302,15 +300,11 @@ impl Walk {
             if known.is_empty() { usize::from(above(column)) } else { sum / known.len() }
         };
         let near_error = (beside(&self.errors) + usize::from(above(&self.errors))) / 2;
-        let error = self.of_errors[last * 64 + near_error / 4].code(
-            coder,
-            told.map_or(0, |p| p.errors[i]),
-        );
+        let error =
+            self.of_errors[last * 64 + near_error / 4].code(coder, told.map_or(0, |p| p.errors[i]));
         let near_shape = (beside(&self.shapes) + usize::from(above(&self.shapes))) / 2;
-        let shape = self.of_shapes[last * 64 + near_shape / 4].code(
-            coder,
-            told.map_or(0, |p| p.shapes[i]),
-        );
+        let shape =
+            self.of_shapes[last * 64 + near_shape / 4].code(coder, told.map_or(0, |p| p.shapes[i]));
         let context = usize::from(!is_root && self.traits[parent] != 0);
         let plain = self.of_traits[context].code(coder, told.is_some_and(|p| p.traits[i] != 0));
         let traits = if plain { told.map_or(1, |p| p.traits[i].min(1)) } else { 0 };
@@ -420,7 +414,8 @@ impl Walk {
             return 0;
         }
         let exact = step(f64::from(error) / 255.0, 64.0, 64).saturating_sub(12).min(7);
-        let bare = usize::from(crossed.any == 0) + usize::from(crossed.any == 0 && crossed.odd != 0);
+        let bare =
+            usize::from(crossed.any == 0) + usize::from(crossed.any == 0 && crossed.odd != 0);
         let context = (usize::from(own.level) * 3 + bare) * 8 + exact;
         if self.of_leaves[context].code(coder, told == 0) {
             return 0;

@@ -31,8 +31,8 @@ pub(super) struct Edge {
     pub low: u64,
     /// The axis that it runs along.
     pub axis: u8,
-    /// Crossings along the axis less those against it.
-    pub net: i32,
+    /// Its low end is inside: the surface is left along it first.
+    pub inside: bool,
     /// The first of its samples.
     pub first: u32,
 }
@@ -86,7 +86,11 @@ impl Crossings {
             let (triangle, rest) = ((record.tag >> 32) as u32, record.tag as u32);
             let along = (f64::from(rest >> 1) + 0.5) / size;
             let normal = normal(&facets[triangle as usize]).as_vec3();
-            Read { leaving: rest & 1 == 1, sample: Sample { along: along as f32, normal }, source: triangle }
+            Read {
+                leaving: rest & 1 == 1,
+                sample: Sample { along: along as f32, normal },
+                source: triangle,
+            }
         };
         let colour = tint.map(|tint| {
             move |source: u32, at: DVec3| {
@@ -108,10 +112,14 @@ impl Crossings {
             let mut part = Self { colours: colour.as_ref().map(|_| Vec::new()), ..Self::default() };
             for group in share.chunk_by(|a, b| a.key == b.key) {
                 let (low, axis) = (group[0].key >> 2, (group[0].key & 3) as u8);
-                let mut edge = Edge { low, axis, net: 0, first: part.samples.len() as u32 };
+                let first = part.samples.len() as u32;
+                let mut edge = Edge { low, axis, inside: false, first };
+                let mut nearest = f32::INFINITY;
                 for &record in group {
                     let Read { leaving, sample, source } = read(record);
-                    edge.net += if leaving { 1 } else { -1 };
+                    if sample.along < nearest {
+                        (nearest, edge.inside) = (sample.along, leaving);
+                    }
                     part.samples.push(sample);
                     if let (Some(colours), Some(colour)) = (&mut part.colours, &colour) {
                         colours.push(colour(source, edge.at(&sample)));
@@ -131,6 +139,32 @@ impl Crossings {
             }
         }
         all
+    }
+}
+
+impl Crossings {
+    /// Tells inside from outside by how often lines were crossed: whatever overlaps or faces the wrong
+    /// way, all edges agree, as long as every line is crossed evenly. Parts that overlap an even number
+    /// of times are outside.
+    pub(super) fn judge_by_parity(&mut self) {
+        let key = |(i, edge): (usize, &Edge)| {
+            let low = crate::octree::key::unmorton(edge.low).map(u64::from);
+            let axis = edge.axis as usize;
+            let row = low[(axis + 1) % 3] << 16 | low[(axis + 2) % 3];
+            let key = (edge.axis as u64) << 48 | row << 16 | low[axis];
+            Tagged { key, tag: i as u64 }
+        };
+        let keys: Vec<Tagged> = self.edges.iter().enumerate().map(key).collect();
+        let blocks = keys.chunks(1 << 16).map(<[_]>::to_vec).collect();
+        let (mut row, mut inside) = (u64::MAX, false);
+        for record in radix::sort(blocks, 0, Equal::Keep).into_iter().flatten() {
+            if record.key >> 16 != row {
+                (row, inside) = (record.key >> 16, false);
+            }
+            let i = record.tag as usize;
+            self.edges[i].inside = inside;
+            inside ^= self.of(i).len() % 2 == 1;
+        }
     }
 }
 

@@ -215,14 +215,15 @@ impl Cut {
 }
 
 /// A view in finest cells, ready for many octants.
-struct View {
-    eye: DVec3,
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View {
+    pub eye: DVec3,
     /// An error may be so large a share of the distance to it.
     share: f64,
 }
 
 impl View {
-    fn new(lod: &Lod, eye: &Eye) -> Self {
+    pub(super) fn new(lod: &Lod, eye: &Eye) -> Self {
         let slope = (eye.fov / 2.0).tan();
         // A pixel in the corner of a square picture is a smaller angle than one in the middle.
         let pixel = 2.0 * slope / eye.height / (1.0 + 2.0 * slope * slope);
@@ -231,8 +232,15 @@ impl View {
         Self { eye: in_cells(lod, eye.position), share }
     }
 
+    /// How far the eye may go before the choice of an octant may turn.
+    pub(super) fn wait(&self, error: f64, octant: &Octant) -> f64 {
+        let radius = f64::from(octant.size) * (3f64.sqrt() / 2.0);
+        let distance = (middle(octant) - self.eye).length();
+        (distance - (error / self.share + error + radius)).abs()
+    }
+
     #[inline]
-    fn takes(&self, error: f64, octant: &Octant) -> bool {
+    pub(super) fn takes(&self, error: f64, octant: &Octant) -> bool {
         // Balls round octants hold those of their children, so that what is taken never depends on
         // what is further down.
         let radius = f64::from(octant.size) * (3f64.sqrt() / 2.0);

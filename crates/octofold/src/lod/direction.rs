@@ -11,11 +11,8 @@ pub(super) fn packed(direction: DVec3) -> [u8; 2] {
         return [128, 128];
     }
     let DVec3 { x, y, z } = direction / sum;
-    let [x, y] = if z < 0.0 {
-        [(1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y)]
-    } else {
-        [x, y]
-    };
+    let [x, y] =
+        if z < 0.0 { [(1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y)] } else { [x, y] };
     [x, y].map(|c| (c * 127.0).round() as i32 + 128).map(|c| c.clamp(1, 255) as u8)
 }
 

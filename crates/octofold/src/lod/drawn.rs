@@ -1,10 +1,10 @@
 //! Patches as a mesh.
 
+use super::LodError;
 use super::cut::{Cut, Octant};
 use super::patches::{Mode, Patch};
 use super::sheets::Sheets;
 use super::tree::Lod;
-use super::LodError;
 use crate::attributes::PointColumn;
 use crate::mesh::Mesh;
 use crate::par;
@@ -71,7 +71,8 @@ pub fn drawn(
         Some(Some(apart)) => *apart,
         _ => (lod.vertex(o.node, o.corner, o.size), lod.normal(o.node)),
     };
-    let vertices: Vec<(DVec3, DVec3)> = octants.iter().enumerate().map(|(i, o)| own(i, o)).collect();
+    let vertices: Vec<(DVec3, DVec3)> =
+        octants.iter().enumerate().map(|(i, o)| own(i, o)).collect();
     let mut mesh = Mesh {
         points: par::map(&vertices, |(at, _)| lod.world(*at)),
         unit: lod.frame().unit,
@@ -90,8 +91,19 @@ pub fn drawn(
             }
         }
         let [a, b, c, d] = corners;
+        let even =
+            || patch.ring.iter().all(|&p| cut.octant(p).size == cut.octant(patch.ring[0]).size);
+        let across = match (mode, diagonal) {
+            // Two larger octants may have several quads between them: their diagonal would be that of
+            // all of these.
+            (Mode::Manifold, _) if !even() => {
+                patch.ring.iter().position(|&p| p == patch.owner).is_some_and(|k| k % 2 == 1)
+            }
+            (_, Diagonal::Flatter) => count == 4 && is_flatter_across(&mesh.points, corners),
+            (_, Diagonal::Fixed) => false,
+        };
         match count {
-            4 if diagonal == Diagonal::Flatter && is_flatter_across(&mesh.points, corners) => {
+            4 if across => {
                 mesh.triangles.extend([[b, c, d], [b, d, a]]);
             }
             4 => mesh.triangles.extend([[a, b, c], [a, c, d]]),

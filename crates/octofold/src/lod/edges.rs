@@ -55,13 +55,20 @@ const fn place(b: usize, c: usize) -> usize {
     }
 }
 
-/// The children of an octant that share half of its edge each.
-pub(super) const fn halves(edge: usize) -> [u32; 2] {
-    let Local { axis, sides, .. } = LOCAL[edge];
-    let [b, c] = across(axis);
-    let low = sides[0] << b | sides[1] << c;
-    [low, low | 1 << axis]
-}
+/// Edges of which each child of an octant has a half.
+pub(super) const HALVES: [u16; 8] = {
+    let mut halves = [0; 8];
+    let mut edge = 0;
+    while edge < 12 {
+        let Local { axis, sides, .. } = LOCAL[edge];
+        let [b, c] = across(axis);
+        let low = (sides[0] << b | sides[1] << c) as usize;
+        halves[low] |= 1 << edge;
+        halves[low | 1 << axis] |= 1 << edge;
+        edge += 1;
+    }
+    halves
+};
 
 #[cfg(test)]
 mod tests {

@@ -29,10 +29,7 @@ pub(super) fn crossings(
     let iso = if volume.is_binary() { 0.5 } else { options.iso };
     let slabs = par::blocks(run, dims[2], SLAB, |own| {
         let layers = own.start.saturating_sub(1)..(own.end + 2).min(dims[2]);
-        let region = Region {
-            start: [0, 0, layers.start],
-            end: [dims[0], dims[1], layers.end],
-        };
+        let region = Region { start: [0, 0, layers.start], end: [dims[0], dims[1], layers.end] };
         let block = volume.read(region)?;
         let slab = Slab { block, dims, layers, iso, options };
         Ok(slab.crossings(own))
@@ -151,4 +148,3 @@ impl Slab<'_> {
         (records, samples)
     }
 }
-

@@ -99,7 +99,7 @@ impl Leaves {
                         Found::Edge(i, local) => {
                             let edge = &crossings.edges[i];
                             let samples = crossings.of(i);
-                            sum.edge(local, samples.len(), edge.net);
+                            sum.edge(local, samples.len(), edge.inside);
                             for s in samples {
                                 let sample = &crossings.samples[s];
                                 let colour = crossings.colours.as_ref().map(|c| c[s]);

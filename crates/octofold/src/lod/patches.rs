@@ -6,13 +6,14 @@
 //! recursion over cells, faces and edges of Ju et al. does, in a few steps for each octant and without
 //! any search. Source: section 3.3 of the paper, (A) to (D).
 
-use super::cut::{Cut, NONE};
+use super::cut::{Cut, Entry, NONE, Octant};
 use super::edges::{LOCAL, Local};
 use super::tree::Lod;
 use super::{LodError, Node};
 use crate::par;
 use crate::run::Run;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Octants of one block of work.
 const BLOCK: usize = 1 << 13;
@@ -86,86 +87,193 @@ pub type Patches = Vec<Patch>;
 /// Where the work is interrupted.
 pub fn patches(lod: &Lod, cut: &Cut, mode: Mode, run: &Run) -> Result<Patches, LodError> {
     run.stage("patches");
-    let rings = Rings::new(cut);
+    let mut neighbours = Vec::new();
+    neighbours_of(cut, &mut neighbours);
+    let rings = Rings { lod, around: CutAround { cut, neighbours: &neighbours }, mode };
     let parts = par::blocks(run, cut.entries.len(), BLOCK, |block| {
         let mut part = Vec::with_capacity(block.len());
-        let mut level = cut.level_of(block.start as u32) as usize;
-        for place in block {
-            while place as u32 >= cut.starts[level + 1] {
-                level += 1;
-            }
-            rings.of_octant(lod, place as u32, cut.starts[level], mode, &mut part);
-        }
+        rings.of_octants(block, &mut part);
         part
     })?;
-    Ok(match <[Patches; 1]>::try_from(parts) {
-        Ok([only]) => only,
-        Err(parts) => parts.concat(),
-    })
+    Ok(parts.concat())
 }
 
-/// Neighbours of a cut's octants: of the same size, larger ones of the cut, or none.
-struct Rings<'a> {
-    cut: &'a Cut,
-    /// By way `2 axis + side`.
+/// Patches that are made again and again, frame after frame, in the same memory and on one thread.
+#[derive(Debug, Clone, Default)]
+pub struct Patchwork {
     neighbours: Vec<[u32; 6]>,
+    patches: Patches,
 }
 
-impl<'a> Rings<'a> {
-    fn new(cut: &'a Cut) -> Self {
-        let mut neighbours = Vec::with_capacity(cut.entries.len());
-        neighbours.push([NONE; 6]);
-        for i in 0..cut.entries.len() {
-            let entry = cut.entries[i];
-            if entry.first == NONE {
-                continue;
-            }
-            let around = neighbours[i];
-            let beside = around.map(|n| {
-                // Children of a neighbour that is in the cut are that neighbour itself.
-                let Some(entry) = cut.entries.get(n as usize) else { return (NONE, 0, 0) };
-                if entry.first == NONE { (n, 0xff, 0) } else { (entry.first, entry.mask, u32::MAX) }
-            });
-            let child = |(first, mask, step): (u32, u8, u32), octant: u32| {
-                let before = (u32::from(mask) & ((1 << octant) - 1)).count_ones();
-                if mask >> octant & 1 == 0 { NONE } else { first + (before & step) }
-            };
-            let own = (entry.first, entry.mask, u32::MAX);
-            let mut rest = entry.mask;
-            while rest != 0 {
-                let octant = rest.trailing_zeros();
-                rest &= rest - 1;
-                let mut of_child = [NONE; 6];
-                for axis in 0..3 {
-                    let other = octant ^ (1 << axis);
-                    let side = (octant >> axis & 1) as usize;
-                    of_child[2 * axis + side] = child(beside[2 * axis + side], other);
-                    of_child[2 * axis + (side ^ 1)] = child(own, other);
-                }
-                neighbours.push(of_child);
-            }
+impl Patchwork {
+    /// Makes the patches of a cut: those of [`patches`].
+    pub fn make(&mut self, lod: &Lod, cut: &Cut, mode: Mode) -> &[Patch] {
+        neighbours_of(cut, &mut self.neighbours);
+        self.patches.clear();
+        let rings = Rings { lod, around: CutAround { cut, neighbours: &self.neighbours }, mode };
+        rings.of_octants(0..cut.entries.len(), &mut self.patches);
+        &self.patches
+    }
+}
+
+/// Neighbours of a cut's octants, by way `2 axis + side`: of the same size, larger ones of the cut, or
+/// none.
+pub(super) fn neighbours_of(cut: &Cut, neighbours: &mut Vec<[u32; 6]>) {
+    let entries = cut.entries.as_slice();
+    neighbours.clear();
+    neighbours.reserve(entries.len());
+    neighbours.push([NONE; 6]);
+    for (i, entry) in entries.iter().enumerate() {
+        if entry.first == NONE {
+            continue;
         }
-        Self { cut, neighbours }
+        let around = neighbours[i];
+        let beside =
+            around.map(|n| entries.get(n as usize).map_or(Family::NOBODY, |e| Family::of(n, e)));
+        let own = Family::of(i as u32, entry);
+        let mut rest = entry.mask;
+        while rest != 0 {
+            let octant = rest.trailing_zeros();
+            rest &= rest - 1;
+            let mut of_child = [NONE; 6];
+            for axis in 0..3 {
+                let other = octant ^ (1 << axis);
+                let side = (octant >> axis & 1) as usize;
+                of_child[2 * axis + side] = beside[2 * axis + side].child(other);
+                of_child[2 * axis + (side ^ 1)] = own.child(other);
+            }
+            neighbours.push(of_child);
+        }
+    }
+}
+
+/// Children of an octant; an octant of the cut stands for all of its own.
+#[derive(Debug, Clone, Copy)]
+struct Family {
+    first: u32,
+    mask: u32,
+    step: u32,
+}
+
+impl Family {
+    const NOBODY: Self = Self { first: NONE, mask: 0, step: 0 };
+
+    #[inline]
+    fn of(place: u32, entry: &Entry) -> Self {
+        if entry.first == NONE {
+            return Self { first: place, mask: 0xff, step: 0 };
+        }
+        Self { first: entry.first, mask: u32::from(entry.mask), step: u32::MAX }
     }
 
+    #[inline]
+    fn child(self, octant: u32) -> u32 {
+        let before = count(self.mask & ((1 << octant) - 1)) & self.step;
+        if self.mask >> octant & 1 == 0 { NONE } else { self.first + before }
+    }
+}
+
+/// Bits of a byte that are set. Not every processor that this runs on has an instruction for it.
+#[inline]
+fn count(byte: u32) -> u32 {
+    const COUNTS: [u8; 256] = {
+        let mut counts = [0; 256];
+        let mut byte = 0;
+        while byte < 256 {
+            counts[byte] = (byte as u32).count_ones() as u8;
+            byte += 1;
+        }
+        counts
+    };
+    u32::from(COUNTS[(byte & 0xff) as usize])
+}
+
+/// Octants of a cut, and what is round them. Places are in the order of levels.
+pub(super) trait Around {
+    /// The octant across a side, by way `2 axis + side`: of the same size, or a larger one of the cut;
+    /// [`NONE`] where there is none.
+    fn beside(&self, place: u32, way: usize) -> u32;
+
+    /// Whether an octant is one of those that the cut is made of.
+    fn is_front(&self, place: u32) -> bool;
+
+    /// Where an octant is, and its node.
+    fn octant(&self, place: u32) -> Octant;
+
+    /// A child of an octant above the cut; [`NONE`] where there is none.
+    fn child(&self, place: u32, octant: u32) -> u32;
+
+    /// An octant's node.
+    fn node(&self, place: u32) -> u32;
+}
+
+struct CutAround<'a> {
+    cut: &'a Cut,
+    neighbours: &'a [[u32; 6]],
+}
+
+impl Around for CutAround<'_> {
+    #[inline]
+    fn beside(&self, place: u32, way: usize) -> u32 {
+        self.neighbours[place as usize][way]
+    }
+
+    #[inline]
+    fn is_front(&self, place: u32) -> bool {
+        self.cut.entries[place as usize].first == NONE
+    }
+
+    fn octant(&self, place: u32) -> Octant {
+        self.cut.octant(place)
+    }
+
+    fn child(&self, place: u32, octant: u32) -> u32 {
+        Family::of(place, &self.cut.entries[place as usize]).child(octant)
+    }
+
+    #[inline]
+    fn node(&self, place: u32) -> u32 {
+        self.cut.entries[place as usize].node
+    }
+}
+
+/// Patches on the edges of octants.
+pub(super) struct Rings<'a, A> {
+    pub lod: &'a Lod,
+    pub around: A,
+    pub mode: Mode,
+}
+
+impl Rings<'_, CutAround<'_>> {
+    fn of_octants(&self, places: Range<usize>, patches: &mut Patches) {
+        let starts = &self.around.cut.starts;
+        let mut level = self.around.cut.level_of(places.start as u32) as usize;
+        for place in places {
+            while place as u32 >= starts[level + 1] {
+                level += 1;
+            }
+            if self.around.is_front(place as u32) {
+                self.of_octant(place as u32, starts[level], |patch| patches.push(patch));
+            }
+        }
+    }
+}
+
+impl<A: Around> Rings<'_, A> {
     /// Adds the patches on the edges that belong to an octant; octants of its level begin at `level`.
     #[inline]
-    fn of_octant(&self, lod: &Lod, place: u32, level: u32, mode: Mode, patches: &mut Patches) {
-        let entry = &self.cut.entries[place as usize];
-        if entry.first != NONE {
-            return;
-        }
-        let node = lod.nodes()[entry.node as usize];
-        let mut edges = mode.edges(node);
+    pub(super) fn of_octant(&self, place: u32, level: u32, mut push: impl FnMut(Patch)) {
+        let node = self.lod.nodes()[self.around.node(place) as usize];
+        let mut edges = self.mode.edges(node);
         while edges != 0 {
             let edge = edges.trailing_zeros() as usize;
             edges &= edges - 1;
             if let Some(mut ring) = self.ring(place, level, &LOCAL[edge]) {
-                let along = self.faces_along(lod, node, edge, &ring, mode);
+                let along = self.faces_along(node, edge, &ring);
                 if !along {
                     ring.swap(1, 3);
                 }
-                patches.push(Patch { ring, owner: place, edge: edge as u8, along });
+                push(Patch { ring, owner: place, edge: edge as u8, along });
             }
         }
     }
@@ -174,12 +282,11 @@ impl<'a> Rings<'a> {
     /// the edge.
     #[inline]
     fn ring(&self, place: u32, level: u32, local: &Local) -> Option<[u32; 4]> {
-        let around = &self.neighbours[place as usize];
-        let [first, second] = local.ways.map(|way| around[way]);
+        let [first, second] = local.ways.map(|way| self.around.beside(place, way));
         if first == NONE || second == NONE {
             return None;
         }
-        let front = |n: u32| self.cut.entries[n as usize].first == NONE;
+        let front = |n: u32| self.around.is_front(n);
         // Larger neighbours stand before the level, and are in the cut.
         let (beside_first, beside_second) = (first >= level, second >= level);
         let high = local.sides[0] == 1;
@@ -187,9 +294,9 @@ impl<'a> Rings<'a> {
             return None;
         }
         let third = if beside_first {
-            self.neighbours[first as usize][local.ways[1]]
+            self.around.beside(first, local.ways[1])
         } else if beside_second {
-            self.neighbours[second as usize][local.ways[0]]
+            self.around.beside(second, local.ways[0])
         } else {
             self.across(place, first, second, local)
         };
@@ -209,12 +316,12 @@ impl<'a> Rings<'a> {
     /// The octant across both sides of an edge, where those across one side are larger.
     #[cold]
     fn across(&self, place: u32, first: u32, second: u32, local: &Local) -> u32 {
-        let own = self.cut.octant(place);
+        let own = self.around.octant(place);
         let axes = local.ways.map(|way| way / 2);
         let at = |i: usize| own.corner[axes[i]] + local.sides[i] * own.size;
         // The edge may lie within a face of a larger one, which then is on both sides.
         let spans = |n: u32, i: usize| {
-            let other = self.cut.octant(n);
+            let other = self.around.octant(n);
             other.corner[axes[i]] < at(i) && at(i) < other.corner[axes[i]] + other.size
         };
         if spans(first, 1) {
@@ -223,11 +330,9 @@ impl<'a> Rings<'a> {
         if spans(second, 0) {
             return second;
         }
-        let mut found = self.neighbours[first as usize][local.ways[1]];
-        while let Some(entry) = self.cut.entries.get(found as usize)
-            && entry.first != NONE
-        {
-            let octant = self.cut.octant(found);
+        let mut found = self.around.beside(first, local.ways[1]);
+        while found != NONE && !self.around.is_front(found) {
+            let octant = self.around.octant(found);
             if octant.size <= own.size {
                 break;
             }
@@ -239,23 +344,19 @@ impl<'a> Rings<'a> {
             }
             let along = own.corner[local.axis] >= octant.corner[local.axis] + half;
             child |= u32::from(along) << local.axis;
-            if entry.mask >> child & 1 == 0 {
-                return NONE;
-            }
-            let before = (u32::from(entry.mask) & ((1 << child) - 1)).count_ones();
-            found = entry.first + before;
+            found = self.around.child(found, child);
         }
         found
     }
 
     /// Whether a patch on an edge faces along the edge's axis.
     #[inline]
-    fn faces_along(&self, lod: &Lod, node: Node, edge: usize, ring: &[u32; 4], mode: Mode) -> bool {
-        if mode != Mode::Paper && node.odd() >> edge & 1 == 1 {
+    fn faces_along(&self, node: Node, edge: usize, ring: &[u32; 4]) -> bool {
+        if self.mode != Mode::Paper && node.odd() >> edge & 1 == 1 {
             return node.negative() >> edge & 1 == 0;
         }
-        let normal = |&n: &u32| lod.normal(self.cut.entries[n as usize].node);
+        let normal = |&n: &u32| self.lod.normal(self.around.node(n));
         let sum: DVec3 = ring.iter().map(normal).sum();
-        lod.along(LOCAL[edge].axis).dot(sum) >= 0.0
+        self.lod.along(LOCAL[edge].axis).dot(sum) >= 0.0
     }
 }

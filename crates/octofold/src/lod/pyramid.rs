@@ -1,10 +1,10 @@
 //! The octants of all levels, from the finest up: each from the sums of its children.
 
 use super::build::VertexRule;
+use super::direction;
 use super::leaves::Leaves;
 use super::sums::Sum;
 use super::tree::{Crossed, STEPS, Traits, place};
-use super::direction;
 use crate::light::srgb;
 use crate::octree::key::unmorton;
 use crate::par;

@@ -6,11 +6,11 @@
 //! its edge. Only patches between octants of different levels are looked at: on one level all do.
 //! Decided in integers. Source: specification of LOD, A.5 and A.9 no. 8.
 
+use super::LodError;
 use super::cut::{Cut, NONE};
 use super::edges::LOCAL;
 use super::patches::{Mode, Patch, patches};
 use super::tree::{Lod, STEPS};
-use super::LodError;
 use crate::run::Run;
 use glam::I64Vec3;
 
@@ -60,7 +60,8 @@ pub fn settled(lod: &Lod, cut: Cut, mode: Mode, run: &Run) -> Result<Settled, Lo
                 front[entry.node as usize] = true;
             } else if *divided {
                 let node = lod.nodes()[entry.node as usize];
-                let children = node.first_child()..node.first_child() + node.children().count_ones();
+                let children =
+                    node.first_child()..node.first_child() + node.children().count_ones();
                 children.for_each(|child| front[child as usize] = true);
             }
         }
@@ -85,7 +86,10 @@ pub fn misses(lod: &Lod, cut: &Cut, patch: &Patch) -> bool {
     let unit = i64::from(2 * STEPS);
     let vertices = octants.map(|o| {
         let steps = lod.parts().vertices[o.node as usize];
-        let at = |a: usize| i64::from(o.corner[a]) * unit + i64::from(2 * u32::from(steps[a]) + 1) * i64::from(o.size);
+        let at = |a: usize| {
+            i64::from(o.corner[a]) * unit
+                + i64::from(2 * u32::from(steps[a]) + 1) * i64::from(o.size)
+        };
         I64Vec3::new(at(0), at(1), at(2))
     });
     let owner = cut.octant(patch.owner);
@@ -103,7 +107,9 @@ pub fn misses(lod: &Lod, cut: &Cut, patch: &Patch) -> bool {
 /// Whether a triangle meets the segment from the origin along an axis.
 fn crosses(triangle: [I64Vec3; 3], axis: usize, length: i64) -> bool {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let area = |p: I64Vec3, q: I64Vec3| i128::from(p[u]) * i128::from(q[v]) - i128::from(p[v]) * i128::from(q[u]);
+    let area = |p: I64Vec3, q: I64Vec3| {
+        i128::from(p[u]) * i128::from(q[v]) - i128::from(p[v]) * i128::from(q[u])
+    };
     let [p, q, r] = triangle;
     let shares = [area(q, r), area(r, p), area(p, q)];
     let whole: i128 = shares.iter().sum();

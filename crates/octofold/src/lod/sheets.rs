@@ -106,7 +106,8 @@ impl Sheets {
 impl Face {
     /// Two pairs that join the same two sheets.
     fn doubled(&self, patches: &[Patch], classes: &mut Classes) -> Option<[usize; 2]> {
-        let mut joined = |pair: Pair| self.octants.map(|o| classes.find(corner_of(patches, pair[0], o)));
+        let mut joined =
+            |pair: Pair| self.octants.map(|o| classes.find(corner_of(patches, pair[0], o)));
         let sheets: Vec<[u32; 2]> = self.pairs.iter().map(|&pair| joined(pair)).collect();
         let pairs = (0..sheets.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
         pairs.into_iter().find(|&[i, j]| sheets[i] == sheets[j])

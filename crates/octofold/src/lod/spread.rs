@@ -16,53 +16,54 @@ const UNIT: f64 = 127.0;
 /// The outermost normals of a surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread {
-    outermost: [[i8; 3]; 14],
-    empty: bool,
+    /// How far each is along its direction; below all that can be where there is none.
+    along: [i32; 14],
+    /// Steps along the axes, a byte each.
+    outermost: [u32; 14],
 }
+
+/// Less than any normal is along any direction.
+const NOTHING: i32 = i32::MIN;
 
 impl Spread {
     /// No normals.
-    pub(super) const NONE: Self = Self { outermost: [[0; 3]; 14], empty: true };
+    pub(super) const NONE: Self = Self { along: [NOTHING; 14], outermost: [0; 14] };
 
     /// One normal of unit length.
     pub(super) fn one(normal: DVec3) -> Self {
-        let steps = (normal * UNIT).round().to_array().map(|x| x as i8);
-        Self { outermost: [steps; 14], empty: false }
+        let steps = (normal * UNIT).round().to_array().map(|x| x as i32);
+        let [x, y, z] = steps.map(|x| x as i8 as u8);
+        let mut along = [0; 14];
+        for (i, way) in WAYS.iter().enumerate() {
+            along[i] = (0..3).map(|a| steps[a] * way[a]).sum();
+            along[i + 7] = -along[i];
+        }
+        Self { along, outermost: [u32::from_le_bytes([x, y, z, 0]); 14] }
     }
 
     /// Takes in the normals of another surface.
+    #[inline]
     pub(super) fn add(&mut self, other: &Self) {
-        if self.empty {
-            *self = *other;
-        } else if !other.empty && self.outermost != other.outermost {
-            for (i, way) in WAYS.iter().enumerate() {
-                let along = |n: [i8; 3]| (0..3).map(|a| i32::from(n[a]) * way[a]).sum::<i32>();
-                let [high, low] = [2 * i, 2 * i + 1];
-                if along(other.outermost[high]) > along(self.outermost[high]) {
-                    self.outermost[high] = other.outermost[high];
-                }
-                if along(other.outermost[low]) < along(self.outermost[low]) {
-                    self.outermost[low] = other.outermost[low];
-                }
-            }
+        for i in 0..14 {
+            let further = other.along[i] > self.along[i];
+            self.along[i] = if further { other.along[i] } else { self.along[i] };
+            self.outermost[i] = if further { other.outermost[i] } else { self.outermost[i] };
         }
     }
 
     /// `(min n_i . n_j + 1) / 2`; 0 where there are no normals.
     pub(super) fn flatness(&self) -> f64 {
-        if self.empty {
+        if self.along[0] == NOTHING {
             return 0.0;
         }
         if self.outermost == [self.outermost[0]; 14] {
             return 1.0;
         }
-        let product = |p: [i8; 3], q: [i8; 3]| {
-            (0..3).map(|a| i32::from(p[a]) * i32::from(q[a])).sum::<i32>()
-        };
+        let normals = self.outermost.map(steps);
         let mut least = i32::MAX;
-        for (i, &p) in self.outermost.iter().enumerate() {
-            for &q in &self.outermost[..i] {
-                least = least.min(product(p, q));
+        for (i, p) in normals.iter().enumerate() {
+            for q in &normals[..i] {
+                least = least.min(p[0] * q[0] + p[1] * q[1] + p[2] * q[2]);
             }
         }
         ((f64::from(least) / (UNIT * UNIT) + 1.0) / 2.0).clamp(0.0, 1.0)
@@ -70,9 +71,14 @@ impl Spread {
 
     /// Any of the normals; up where there is none.
     pub(super) fn any(&self) -> DVec3 {
-        let [x, y, z] = self.outermost[0].map(f64::from);
+        let [x, y, z] = steps(self.outermost[0]).map(f64::from);
         DVec3::new(x, y, z).normalize_or(DVec3::Z)
     }
+}
+
+fn steps(packed: u32) -> [i32; 3] {
+    let [x, y, z, _] = packed.to_le_bytes().map(|b| i32::from(b as i8));
+    [x, y, z]
 }
 
 #[cfg(test)]

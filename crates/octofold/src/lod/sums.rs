@@ -1,7 +1,7 @@
 //! What adds up along the tree: all that an octant must know of the surface inside.
 
 use super::crossings::Sample;
-use super::edges;
+use super::edges::HALVES;
 use super::spread::Spread;
 use super::tree::Crossed;
 use crate::quadric::Quadric;
@@ -21,7 +21,8 @@ pub(super) struct Sum {
     spread: Spread,
     any: u16,
     odd: u16,
-    net: [i32; 12],
+    /// Edges whose low end is inside.
+    inside: u16,
     border: bool,
 }
 
@@ -39,15 +40,15 @@ impl Sum {
         spread: Spread::NONE,
         any: 0,
         odd: 0,
-        net: [0; 12],
+        inside: 0,
         border: false,
     };
 
     /// Adds an edge of the octant that is crossed so often.
-    pub(super) fn edge(&mut self, edge: usize, crossings: usize, net: i32) {
+    pub(super) fn edge(&mut self, edge: usize, crossings: usize, inside: bool) {
         self.any |= 1 << edge;
         self.odd |= ((crossings & 1) as u16) << edge;
-        self.net[edge] = net;
+        self.inside |= u16::from(inside) << edge;
     }
 
     /// Adds a crossing of one of its edges.
@@ -90,19 +91,16 @@ impl Sum {
         if child.any == 0 {
             return;
         }
-        for edge in 0..12 {
-            if edges::halves(edge).contains(&octant) {
-                self.any |= child.any & 1 << edge;
-                self.odd ^= child.odd & 1 << edge;
-                self.net[edge] += child.net[edge];
-            }
-        }
+        // Children come in order: the half at the low end before the other.
+        let halves = HALVES[octant as usize];
+        self.inside |= child.inside & halves & !self.any;
+        self.any |= child.any & halves;
+        self.odd ^= child.odd & halves;
     }
 
     /// How the surface crosses the octant's edges.
     pub(super) fn crossed(&self) -> Crossed {
-        let negative = (0..12).filter(|&e| self.net[e] < 0).fold(0, |bits, e| bits | 1 << e);
-        Crossed { any: self.any, odd: self.odd, negative }
+        Crossed { any: self.any, odd: self.odd, negative: self.odd & !self.inside }
     }
 
     /// The paper's vertex, cases (a) to (d) of section 3.2: the mean of the surface's vertices inside,
@@ -126,7 +124,9 @@ impl Sum {
     }
 
     fn mean_crossing(&self) -> Option<DVec3> {
-        (self.crossing_count > 0.0).then(|| self.crossings / self.crossing_count).or_else(|| self.mean())
+        (self.crossing_count > 0.0)
+            .then(|| self.crossings / self.crossing_count)
+            .or_else(|| self.mean())
     }
 
     /// The mean normal; where normals cancel out, one of them.

@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::par;
 use crate::run::Run;
 use crate::samples::Sample;
-use crate::surface::CubesOptions;
+use crate::surface::{CubesOptions, Inside};
 use crate::sweep::cases;
 use proptest::prelude::*;
 use rustc_hash::FxHashMap;
@@ -19,6 +19,8 @@ fn run() -> Run {
     Run::default()
 }
 
+const MASK: CubesOptions = CubesOptions { iso: 0.5, inside: Inside::Above, open: false };
+
 fn of_mesh(sample: Sample, detail: usize, level: u32) -> Lod {
     let mesh = sample.polygons(detail).unwrap().triangulate();
     build(&mesh, &BuildOptions { level, ..BuildOptions::default() }, &run()).unwrap()
@@ -26,7 +28,7 @@ fn of_mesh(sample: Sample, detail: usize, level: u32) -> Lod {
 
 fn of_voxels(sample: Sample, resolution: usize) -> Lod {
     let volume = sample.voxels(resolution).unwrap();
-    build_volume(&volume, &CubesOptions::default(), &BuildOptions::default(), &run()).unwrap()
+    build_volume(&volume, &MASK, &BuildOptions::default(), &run()).unwrap()
 }
 
 /// Spheres that touch and overlap nothing but lie closer than a coarse octant, and a thin shell.
@@ -40,9 +42,9 @@ fn thin() -> Mesh {
         (0.02, [0.9, 0.9, 0.9], false),
     ] {
         let start = mesh.points.len() as u32;
-        mesh.points.extend(ball.points.iter().map(|p| {
-            std::array::from_fn(|a| (p[a] - 0.5) * 2.0 * size + at[a])
-        }));
+        mesh.points.extend(
+            ball.points.iter().map(|p| std::array::from_fn(|a| (p[a] - 0.5) * 2.0 * size + at[a])),
+        );
         mesh.triangles.extend(ball.triangles.iter().map(|t| {
             let [a, b, c] = t.map(|p| p + start);
             if inward { [a, c, b] } else { [a, b, c] }
@@ -61,7 +63,12 @@ static CLOSED: LazyLock<Vec<Lod>> = LazyLock::new(|| {
         of_voxels(Sample::Gear, 60),
         of_voxels(Sample::TapeCutter, 90),
         build(&thin(), &options(7), &run()).unwrap(),
-        build(&thin(), &BuildOptions { early_leaves: false, vertex: VertexRule::Mean, ..options(6) }, &run()).unwrap(),
+        build(
+            &thin(),
+            &BuildOptions { early_leaves: false, vertex: VertexRule::Mean, ..options(6) },
+            &run(),
+        )
+        .unwrap(),
     ]
 });
 
@@ -167,7 +174,8 @@ impl Recursion<'_> {
         }
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         for k in 0..2 {
-            let child = |i: usize| self.child(c[i], (1 - (i & 1)) << u | (1 - (i >> 1)) << v | k << axis);
+            let child =
+                |i: usize| self.child(c[i], (1 - (i & 1)) << u | (1 - (i >> 1)) << v | k << axis);
             let next = [0, 1, 2, 3].map(child);
             self.edge(axis, next);
         }
@@ -242,7 +250,7 @@ proptest! {
             let whole = fronts[place as usize] == children.len();
             if whole && mixed(own, seed ^ 77).is_multiple_of(2) {
                 collapsed[own as usize] = true;
-                children.for_each(|child| drop(home.insert(child, own)));
+                home.extend(children.map(|child| (child, own)));
             }
         }
         let mut front = vec![false; lod.nodes().len()];
@@ -278,9 +286,10 @@ proptest! {
         let found = settled(lod, random_cut(lod, seed, least), Mode::Any, &run()).unwrap();
         let missing = found.patches.iter().filter(|p| misses(lod, &found.cut, p)).count();
         prop_assert_eq!(missing as u64, found.missing);
-        prop_assert!(found.patches.iter().filter(|p| misses(lod, &found.cut, p)).all(|p| {
-            p.ring.iter().all(|&o| lod.nodes()[found.cut.octant(o).node as usize].children() == 0)
-        }));
+        let is_leaf = |&o: &u32| lod.nodes()[found.cut.octant(o).node as usize].children() == 0;
+        let mut missing = found.patches.iter().filter(|p| misses(lod, &found.cut, p));
+        let last = missing.all(|p| p.ring.iter().all(is_leaf));
+        prop_assert!(last);
     }
 }
 
@@ -317,9 +326,41 @@ fn bounds_hold_in_cuts_of_many_levels() {
         let most = cut.places().filter(|&p| cut.is_front(p));
         let most = most.map(|p| lod.error(cut.octant(p).node) * lod.stretch()).fold(0.0, f64::max);
         for &point in &mesh.points {
-            let distance = nearest.nearest(point).unwrap().distance;
+            let distance = nearest.nearest(point).unwrap().distance_squared.sqrt();
             assert!(distance <= most, "{criterion:?}: {distance} {most}");
         }
+    }
+}
+
+#[test]
+fn a_front_that_follows_an_eye_is_the_full_extraction() {
+    for lod in CLOSED.iter() {
+        let eye = |i: i32| {
+            let turn = f64::from(i) * 0.07;
+            let far = if i < 20 { 60.0 } else { 0.4 + f64::from(40 - i) };
+            let middle = lod.world(glam::DVec3::splat(f64::from(1u32 << lod.levels()) / 2.0));
+            let scale = lod.stretch() * f64::from(1u32 << lod.levels()) / 40.0;
+            let way = [turn.sin(), 0.3, turn.cos()];
+            let position = std::array::from_fn(|a| middle[a] + scale * far * way[a]);
+            Eye { position, fov: 0.8, height: 1000.0, pixels: 3.0 }
+        };
+        let mut front = Front::new(lod, eye(0), Mode::Any);
+        let mut turned = 0;
+        for i in 0..40 {
+            if i > 0 {
+                let change = front.step(eye(i).position);
+                turned += change.divided + change.united;
+            }
+            let cut = Cut::select(lod, &Criterion::Pixels(eye(i)), &run()).unwrap();
+            let node = |place: u32| cut.octant(place).node;
+            let full = patches(lod, &cut, Mode::Any, &run()).unwrap().into_iter();
+            let full: Vec<Patch> =
+                full.map(|p| Patch { ring: p.ring.map(node), owner: node(p.owner), ..p }).collect();
+            let nodes: Vec<u32> = cut.places().filter(|&p| cut.is_front(p)).map(node).collect();
+            assert_eq!(front.nodes().collect::<Vec<_>>(), nodes);
+            assert!(front.patches() == full, "frame {i}");
+        }
+        assert!(turned > 50, "{turned}");
     }
 }
 
@@ -334,7 +375,7 @@ fn threads_do_not_change_a_byte() {
             let cut = Cut::select(&lod, &Criterion::Tolerance(0.004), &run()).unwrap();
             let found = patches(&lod, &cut, Mode::Manifold, &run()).unwrap();
             let out = drawn(&lod, &cut, &found, Mode::Manifold, Diagonal::Flatter, &run()).unwrap();
-            let other = build_volume(&volume, &CubesOptions::default(), &options, &run()).unwrap();
+            let other = build_volume(&volume, &MASK, &options, &run()).unwrap();
             (lod, found, out, other)
         })
     });
@@ -378,7 +419,7 @@ fn early_leaves_save_octants_and_keep_creases() {
         let nearest = Nearest::new(&mesh);
         let cell = lod.stretch();
         for &point in &out.mesh.points {
-            assert!(nearest.nearest(point).unwrap().distance < 0.1 * cell);
+            assert!(nearest.nearest(point).unwrap().distance_squared.sqrt() < 0.1 * cell);
         }
         lod.nodes().len()
     });
@@ -389,7 +430,8 @@ fn early_leaves_save_octants_and_keep_creases() {
 fn open_surfaces_and_odd_edges_are_drawn() {
     let mut mesh = Sample::Sphere.polygons(30).unwrap().triangulate();
     mesh.triangles.drain(0..200);
-    let whole = build(&mesh, &BuildOptions { level: 6, ..BuildOptions::default() }, &run()).unwrap();
+    let whole =
+        build(&mesh, &BuildOptions { level: 6, ..BuildOptions::default() }, &run()).unwrap();
     assert!((0..whole.nodes().len() as u32).any(|i| whole.traits(i).is_border()));
     let cut = Cut::select(&whole, &Criterion::Level(6), &run()).unwrap();
     for mode in Mode::ALL {
@@ -399,7 +441,8 @@ fn open_surfaces_and_odd_edges_are_drawn() {
         out.mesh.check().unwrap();
     }
     // Three sheets at an edge.
-    let points = vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.1, 0.5], [-1.0, 0.2, 0.5], [0.1, 1.0, 0.4]];
+    let points =
+        vec![[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.1, 0.5], [-1.0, 0.2, 0.5], [0.1, 1.0, 0.4]];
     let mesh = Mesh::new(points, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]).unwrap();
     let lod = build(&mesh, &BuildOptions { level: 6, ..BuildOptions::default() }, &run()).unwrap();
     let cut = Cut::select(&lod, &Criterion::Level(6), &run()).unwrap();

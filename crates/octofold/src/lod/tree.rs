@@ -79,7 +79,7 @@ pub struct Crossed {
     pub any: u16,
     /// An odd number of times.
     pub odd: u16,
-    /// More often against the axis than along it.
+    /// An odd number of times, and the surface is entered along the axis.
     pub negative: u16,
 }
 

@@ -19,6 +19,7 @@ mod regression;
 mod tests;
 mod walk;
 
+use crate::range::{Coder, Decoder, Encoder};
 use crate::rows::Rows;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
@@ -26,7 +27,6 @@ use crate::volume::{Placement, Volume};
 use direct::Direct;
 use mixture::Mixture;
 use neighbourhood::Slice;
-use crate::range::{Coder, Decoder, Encoder};
 use walk::Walk;
 
 /// Slices that are read or written at a time.

@@ -77,7 +77,10 @@ impl Args {
         let lod = match shape {
             Shape::Soup(soup) => {
                 let for_volumes = self.iso.is_some() || self.below || self.open;
-                ensure!(!for_volumes, "--iso, --below and --open are for volumes, and this is a mesh");
+                ensure!(
+                    !for_volumes,
+                    "--iso, --below and --open are for volumes, and this is a mesh"
+                );
                 let mesh = soup.triangulate();
                 drop(soup);
                 lod::build(&mesh, &options, &job.run)?
