@@ -9,6 +9,7 @@ use super::tint::Tint;
 use super::tree::{Lod, Node, Parts, error_step};
 use super::{LodError, MOST_LEVELS};
 use crate::lattice::{Lattice, LatticeError};
+use crate::measure::weld_points;
 use crate::mesh::Mesh;
 use crate::octree::key::morton;
 use crate::radix::{self, Equal};
@@ -153,8 +154,11 @@ fn area(mesh: &Mesh) -> f64 {
 /// Morton codes of the cells that edges of a single triangle touch, and whether every edge has an even
 /// number of triangles.
 fn border(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<(Vec<u64>, bool), Cancelled> {
+    // Points that lie on each other are one: formats split them where colours or normals differ.
+    let same = weld_points(&mesh.points, run)?;
     let edges = par::blocks(run, mesh.triangles.len(), BLOCK, |block| {
-        let edges = mesh.triangles[block].iter().flat_map(|&[p, q, r]| [[p, q], [q, r], [r, p]]);
+        let triangles = mesh.triangles[block].iter().map(|t| t.map(|p| same.of[p as usize]));
+        let edges = triangles.flat_map(|[p, q, r]| [[p, q], [q, r], [r, p]]);
         let key = |[p, q]: [u32; 2]| u64::from(p.min(q)) << 32 | u64::from(p.max(q));
         edges.map(key).collect::<Vec<_>>()
     })?;
@@ -167,7 +171,7 @@ fn border(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<(Vec<u64>, bool),
             }
             even &= group.len() % 2 == 0;
             if group.len() == 1 {
-                let [p, q] = ends.map(|p| lattice.snap(mesh.points[p as usize]));
+                let [p, q] = ends.map(|p| lattice.snap(same.points[p as usize]));
                 scan::cells(&[p, q, q], lattice.sub_bits(), |cell| codes.push(morton(cell)));
             }
         }
