@@ -1,5 +1,8 @@
 //! Random cuts of real closed models have no cracks: 1000 of each in a sweep, a few in every run.
 
+// A failed `unwrap` is a failed test.
+#![allow(clippy::unwrap_used)]
+
 use octofold::lod::{BuildOptions, Cut, Diagonal, Lod, Mode, Patch, build, drawn, patches};
 use octofold::measure::{Topology, weld};
 use octofold::{Mesh, Run, par};
