@@ -6,15 +6,28 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 10] =
-    ["attributes", "exact", "par", "quadric", "radix", "random", "run", "scan", "sets", "sweep"];
+const FREE: [&str; 12] = [
+    "attributes",
+    "exact",
+    "light",
+    "par",
+    "quadric",
+    "radix",
+    "random",
+    "range",
+    "run",
+    "scan",
+    "sets",
+    "sweep",
+];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 23] = [
+const TABLE: [(&str, &[&str]); 24] = [
     ("bits", &["volume"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
     ("lib", ALL),
+    ("lod", &["lattice", "measure", "mesh", "octree", "surface", "volume", "voxelize"]),
     ("measure", &["mesh"]),
     ("mesh", &["soup"]),
     ("network", &["rows", "spans", "volume"]),
@@ -27,6 +40,7 @@ const TABLE: [(&str, &[&str]); 23] = [
         "report",
         &[
             "histogram",
+            "lod",
             "measure",
             "mesh",
             "network",

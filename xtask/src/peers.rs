@@ -20,7 +20,9 @@ pub fn bench(name: &str) -> Result<()> {
     let data = std::env::var_os("OCTOFOLD_DATA")
         .map_or_else(|| root().join("../shared/data"), PathBuf::from);
     let script = match name {
-        "certified" | "network" | "repair" | "sheets" | "simplify" => format!("{name}.py"),
+        "certified" | "lod" | "network" | "repair" | "sheets" | "simplify" => {
+            format!("{name}.py")
+        }
         "damaged" => "repair.py".into(),
         _ => "bench.py".into(),
     };

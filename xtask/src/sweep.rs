@@ -7,11 +7,13 @@ use crate::{cargo, must};
 use anyhow::{Context, Result};
 
 /// Name, package and filters of each sweep.
-const SWEEPS: [(&str, &str, &[&str]); 9] = [
+const SWEEPS: [(&str, &str, &[&str]); 11] = [
     ("formats", "octofold-io", &[]),
     ("certified", "octofold", &["surface::certified"]),
     ("cubes", "octofold", &["surface::cell", "surface::cubes"]),
     ("labels", "octofold", &["surface::labels"]),
+    ("lod", "octofold-io", &["random_cuts", "oflod"]),
+    ("lod-cuts", "octofold", &["lod::"]),
     ("network", "octofold", &["network"]),
     ("published", "octofold", &["surface::adaptive", "surface::tel"]),
     ("repair", "octofold", &["repair"]),

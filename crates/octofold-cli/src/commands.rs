@@ -6,6 +6,7 @@ mod completions;
 mod convert;
 mod demo;
 mod info;
+mod lod;
 mod net;
 mod paper;
 mod repair;
@@ -42,6 +43,8 @@ pub enum Command {
     Simplify(simplify::Args),
     /// Solids as linked surface voxels: small files that can still be computed with
     Net(net::Args),
+    /// Models of many levels of detail: build one, and take any level from it without cracks
+    Lod(lod::Args),
     /// Turn a mesh into sheets of paper to cut, fold and glue
     Unfold(unfold::Args),
     /// Take built-in shapes through every main path and make a page to look at
@@ -68,6 +71,7 @@ impl Command {
             Self::Repair(_) => "repair",
             Self::Simplify(_) => "simplify",
             Self::Net(_) => "net",
+            Self::Lod(_) => "lod",
             Self::Unfold(_) => "unfold",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
@@ -90,6 +94,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Repair(args) => args.run(job),
         Command::Simplify(args) => args.run(job),
         Command::Net(args) => args.run(job),
+        Command::Lod(args) => args.run(job),
         Command::Unfold(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),

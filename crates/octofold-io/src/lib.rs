@@ -33,6 +33,7 @@ pub mod npy;
 pub mod nrrd;
 pub mod obj;
 pub mod off;
+pub mod oflod;
 pub mod ofn;
 pub mod ply;
 pub mod png;

@@ -37,7 +37,7 @@ const PLACED: u8 = 8;
 const UPRIGHT: u8 = 16;
 
 /// Units, as the upper three bits of the flags count them from 1.
-const UNITS: [LengthUnit; 6] = [
+pub(crate) const UNITS: [LengthUnit; 6] = [
     LengthUnit::Micrometre,
     LengthUnit::Millimetre,
     LengthUnit::Centimetre,
@@ -497,7 +497,7 @@ impl<'a> Head<'a> {
 }
 
 /// The CRC-32C (Castagnoli) of bytes.
-fn crc32c(bytes: &[u8]) -> u32 {
+pub(crate) fn crc32c(bytes: &[u8]) -> u32 {
     const TABLE: [u32; 256] = {
         let mut table = [0; 256];
         let mut i = 0;

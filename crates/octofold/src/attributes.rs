@@ -66,6 +66,27 @@ impl Default for Material {
     }
 }
 
+/// Numbers of points under a name of their own.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PointColumn {
+    /// Name: capital letters, digits and underscores.
+    pub name: String,
+    /// Numbers for each point, 1 to 4.
+    pub width: usize,
+    /// The numbers, those of a point side by side.
+    pub values: Vec<f32>,
+}
+
+impl PointColumn {
+    /// The numbers of some points, in their order.
+    #[must_use]
+    pub fn pick(&self, points: &[usize]) -> Self {
+        let of = |&p: &usize| &self.values[p * self.width..(p + 1) * self.width];
+        let values = points.iter().flat_map(of).copied().collect();
+        Self { name: self.name.clone(), width: self.width, values }
+    }
+}
+
 /// Optional columns beside a [`crate::Soup`] or a [`crate::Mesh`].
 ///
 /// A column is either absent or has exactly one entry per point, corner or face. Corners are
@@ -88,6 +109,8 @@ pub struct Attributes {
     pub face_labels: Option<Vec<u32>>,
     /// The materials that `face_materials` names.
     pub materials: Vec<Material>,
+    /// Further numbers of points. They are written to glTF and PLY, and not read.
+    pub point_columns: Vec<PointColumn>,
     /// Names of parts that `face_labels` numbers, where known.
     pub label_names: Vec<(u32, String)>,
 }
@@ -108,7 +131,10 @@ impl Attributes {
         }
         let count = self.materials.len() as u32;
         let unknown = |&m: &u32| m != Self::NO_MATERIAL && m >= count;
-        if bad(&self.point_colours, points) {
+        let mut further = self.point_columns.iter();
+        if further.any(|c| !(1..=4).contains(&c.width) || c.values.len() != c.width * points) {
+            Some("point_columns")
+        } else if bad(&self.point_colours, points) {
             Some("point_colours")
         } else if bad(&self.point_normals, points) {
             Some("point_normals")

@@ -296,9 +296,16 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
 
 /// What of a volume is inside.
 pub fn solid(volume: &dyn Volume, options: &SolidOptions, run: &Run) -> Result<Spans, StepError> {
-    let options = SurfaceOptions { iso: options.iso, ..SurfaceOptions::default() };
-    let iso = with_iso(volume, &options, run)?.iso.unwrap_or(0.5);
-    Ok(Spans::at_least(volume, iso, run)?)
+    Ok(Spans::at_least(volume, iso(volume, options.iso, run)?, run)?)
+}
+
+/// The iso value that is asked for, one half for a mask, else Otsu's threshold of gray values.
+///
+/// # Errors
+/// Where the volume has labels, or no value splits its samples, or it cannot be read.
+pub fn iso(volume: &dyn Volume, asked: Option<f64>, run: &Run) -> Result<f64, StepError> {
+    let options = SurfaceOptions { iso: asked, ..SurfaceOptions::default() };
+    Ok(with_iso(volume, &options, run)?.iso.unwrap_or(0.5))
 }
 
 fn empty_surface(options: &SurfaceOptions) -> Finding {

@@ -41,6 +41,15 @@ impl Mul<f64> for Quadric {
 }
 
 impl Quadric {
+    /// Of no planes.
+    pub const NOTHING: Self = Self {
+        diagonal: DVec3::ZERO,
+        beside: DVec3::ZERO,
+        side: DVec3::ZERO,
+        rest: 0.0,
+        weight: 0.0,
+    };
+
     /// The squared distance to the plane through `on` with unit normal `normal`, times `weight`.
     pub fn plane(normal: DVec3, on: DVec3, weight: f64) -> Self {
         let offset = normal.dot(on);

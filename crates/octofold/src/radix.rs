@@ -1,11 +1,10 @@
-//! Radix sort of 64-bit names: cells by Morton key, spans by row.
+//! Radix sort of 64-bit names, alone or with what rides along: cells by Morton key, spans by row.
 //!
 //! Blocks that were made in parallel are sorted each by itself, then the key range is cut into
-//! equal shares and each share gathers its part of every block. The result depends on the keys
-//! alone.
+//! equal shares and each share gathers its part of every block. The result depends on the items
+//! alone: equal keys stay in the order in which they came.
 
 use crate::par;
-use std::cmp::Ordering;
 
 /// Shares of the key range; more than any machine has cores.
 const SHARES: u64 = 64;
@@ -19,18 +18,45 @@ pub enum Equal {
     Merge,
 }
 
-/// Sorts the keys of all blocks. The result is in shares, one after the other in order: keys with
+/// What is sorted by a 64-bit name.
+pub trait Keyed: Copy + Default + Send + Sync {
+    /// The name.
+    fn key(&self) -> u64;
+}
+
+impl Keyed for u64 {
+    fn key(&self) -> u64 {
+        *self
+    }
+}
+
+/// A name and what rides along.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tagged {
+    /// The name.
+    pub key: u64,
+    /// What rides along.
+    pub tag: u64,
+}
+
+impl Keyed for Tagged {
+    fn key(&self) -> u64 {
+        self.key
+    }
+}
+
+/// Sorts the items of all blocks. The result is in shares, one after the other in order: keys with
 /// the same `key >> tie_bits` are in the same share.
-pub fn sort(mut blocks: Vec<Vec<u64>>, tie_bits: u32, equal: Equal) -> Vec<Vec<u64>> {
+pub fn sort<T: Keyed>(mut blocks: Vec<Vec<T>>, tie_bits: u32, equal: Equal) -> Vec<Vec<T>> {
     par::chunks_mut(&mut blocks, 1, |_, block| sort_block(&mut block[0], equal));
-    let highest = blocks.iter().filter_map(|b| b.last()).max().copied().unwrap_or(0);
+    let highest = blocks.iter().filter_map(|b| b.last()).map(T::key).max().unwrap_or(0);
     let step = ((highest >> tie_bits) / SHARES + 1) << tie_bits;
     let shares: Vec<u64> = (0..=highest / step).collect();
     par::map(&shares, |&share| {
         let mut all = Vec::new();
         for block in &blocks {
-            let start = block.partition_point(|&k| k / step < share);
-            let end = start + block[start..].partition_point(|&k| k / step == share);
+            let start = block.partition_point(|k| k.key() / step < share);
+            let end = start + block[start..].partition_point(|k| k.key() / step == share);
             all.extend_from_slice(&block[start..end]);
         }
         sort_block(&mut all, equal);
@@ -39,36 +65,37 @@ pub fn sort(mut blocks: Vec<Vec<u64>>, tie_bits: u32, equal: Equal) -> Vec<Vec<u
 }
 
 /// Sorts one block by eleven bits at a time, lowest first; bits that all keys share cost nothing.
-fn sort_block(keys: &mut Vec<u64>, equal: Equal) {
+fn sort_block<T: Keyed>(keys: &mut Vec<T>, equal: Equal) {
     const DIGIT: u32 = 11;
-    let varying = keys.iter().fold(0, |v, k| v | (k ^ keys[0]));
+    let varying = keys.iter().fold(0, |v, k| v | (k.key() ^ keys[0].key()));
     if keys.len() < 256 {
-        keys.sort_unstable();
-    } else if !keys.is_sorted() {
+        keys.sort_by_key(T::key);
+    } else if !keys.is_sorted_by_key(T::key) {
         let mut from = std::mem::take(keys);
-        let mut to = vec![0; from.len()];
+        let mut to = vec![T::default(); from.len()];
         for shift in (0..64).step_by(DIGIT as usize) {
             if varying >> shift & ((1 << DIGIT) - 1) == 0 {
                 continue;
             }
-            let digit = |k: u64| (k >> shift) as usize & ((1 << DIGIT) - 1);
+            let digit = |k: &T| (k.key() >> shift) as usize & ((1 << DIGIT) - 1);
             let mut at = [0usize; 1 << DIGIT];
-            from.iter().for_each(|&k| at[digit(k)] += 1);
+            from.iter().for_each(|k| at[digit(k)] += 1);
             let mut sum = 0;
             for count in &mut at {
                 sum += std::mem::replace(count, sum);
             }
-            for &k in &from {
-                to[at[digit(k)]] = k;
-                at[digit(k)] += 1;
+            for k in &from {
+                let place = &mut at[digit(k)];
+                to[*place] = *k;
+                *place += 1;
             }
             std::mem::swap(&mut from, &mut to);
         }
         *keys = from;
     }
-    debug_assert!(keys.windows(2).all(|w| w[0].cmp(&w[1]) != Ordering::Greater));
+    debug_assert!(keys.is_sorted_by_key(T::key));
     if equal == Equal::Merge {
-        keys.dedup();
+        keys.dedup_by_key(|k| k.key());
     }
 }
 
@@ -100,6 +127,24 @@ mod tests {
             }
             all.dedup();
             prop_assert_eq!(sort(blocks, tie, Equal::Merge).concat(), all);
+        }
+
+        #[test]
+        fn what_rides_along_keeps_its_order(
+            blocks in prop::collection::vec(prop::collection::vec(0u64..300, 0..600), 0..4),
+        ) {
+            let mut tag = 0;
+            let tagged = blocks.iter().map(|block| {
+                let item = |&key: &u64| {
+                    tag += 1;
+                    Tagged { key, tag }
+                };
+                block.iter().map(item).collect::<Vec<_>>()
+            });
+            let tagged: Vec<Vec<Tagged>> = tagged.collect();
+            let mut all = tagged.concat();
+            all.sort_by_key(|t| t.key);
+            prop_assert_eq!(sort(tagged, 0, Equal::Keep).concat(), all);
         }
     }
 }

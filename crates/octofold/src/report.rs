@@ -3,6 +3,7 @@
 //! The library keeps no clock, so whoever runs the command fills in the times.
 
 use crate::histogram::Histogram;
+use crate::lod::{self, Lod};
 use crate::measure::{self, Comparison, HausdorffBounds, Measures, Weld};
 use crate::network::census::Census;
 use crate::network::code::Mode;
@@ -111,6 +112,8 @@ pub enum Answer {
     Comparison(Comparison),
     /// `net info`.
     Network(Box<NetworkFacts>),
+    /// `lod build`, `lod extract` and `lod info`.
+    Lod(Box<LodFacts>),
     /// `net contains`.
     Voxels {
         /// Each place that was asked for.
@@ -123,6 +126,81 @@ pub enum Answer {
         /// The claims that were checked.
         claims: Vec<Claim>,
     },
+}
+
+/// What is known of a level-of-detail model, and of the part that was taken from it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LodFacts {
+    /// Levels below the root.
+    pub levels: u32,
+    /// Side of a finest cell in the world, where cells are cubes.
+    pub cell: f64,
+    /// Octants.
+    pub octants: u64,
+    /// Octants without children.
+    pub leaves: u64,
+    /// Octants of each level, the root's first.
+    pub octants_by_level: Vec<u64>,
+    /// Mean and largest bound of the distance between surface and patches of each level, in the world's
+    /// unit.
+    pub errors_by_level: Vec<[f64; 2]>,
+    /// Whether octants have colours.
+    pub coloured: bool,
+    /// Octants through which a border of the surface runs, of those without children.
+    pub border_leaves: u64,
+    /// Bytes of the file.
+    pub bytes: Option<u64>,
+    /// What was taken from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extract: Option<ExtractFacts>,
+}
+
+/// What was taken from a level-of-detail model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExtractFacts {
+    /// Which edges have patches.
+    pub mode: lod::Mode,
+    /// Octants that were chosen.
+    pub octants: u64,
+    /// The same by level, the root's first.
+    pub octants_by_level: Vec<u64>,
+    /// Patches: polygons of three or four corners.
+    pub patches: u64,
+    /// Octants that were divided so that patches cross their edges.
+    pub divided: u64,
+    /// Patches that do not cross their edge.
+    pub missing: u64,
+    /// Largest bound of the distance between surface and patches over the chosen octants, in the
+    /// world's unit.
+    pub error: f64,
+}
+
+impl LodFacts {
+    /// The facts of a model.
+    pub fn of(lod: &Lod, bytes: Option<u64>) -> Self {
+        let nodes = lod.nodes();
+        let levels: Vec<_> = (0..=lod.levels()).map(|level| lod.level(level)).collect();
+        let leaves = || (0..nodes.len()).filter(|&i| nodes[i].children() == 0);
+        let errors = |level: &std::ops::Range<u32>| {
+            let (sum, most) = level
+                .clone()
+                .map(|node| lod.error(node) * lod.stretch())
+                .fold((0.0, 0f64), |(sum, most), error| (sum + error, most.max(error)));
+            [sum / f64::from(level.end - level.start).max(1.0), most]
+        };
+        Self {
+            levels: lod.levels(),
+            cell: lod.stretch(),
+            octants: nodes.len() as u64,
+            leaves: leaves().count() as u64,
+            octants_by_level: levels.iter().map(|l| u64::from(l.end - l.start)).collect(),
+            errors_by_level: levels.iter().map(errors).collect(),
+            coloured: lod.parts().colours.is_some(),
+            border_leaves: leaves().filter(|&i| lod.traits(i as u32).is_border()).count() as u64,
+            bytes,
+            extract: None,
+        }
+    }
 }
 
 /// What is known of a network in a file.

@@ -17,6 +17,8 @@ pub struct Crossing {
     pub row: [u32; 2],
     /// The half cell along the axis in which the crossing lies; cell `half / 2`.
     pub half: u32,
+    /// The sub-step along the axis in which the crossing lies.
+    pub step: u32,
     /// The triangle's normal points along the axis: the line leaves a solid here.
     pub leaving: bool,
 }
@@ -187,6 +189,10 @@ impl Local {
 
     fn crossings<I: Wide>(&self, axis: usize, lines: Lines, mut emit: impl FnMut(Crossing)) {
         let (u, v, w) = ((axis + 1) % 3, (axis + 2) % 3, axis);
+        // Corners are odd: the line along the low side of the first cell is never met.
+        if lines == Lines::Corners && (self.last[u] == 0 || self.last[v] == 0) {
+            return;
+        }
         let zero = I::from(0);
         let mut normal = self.normal::<I>();
         let leaving = normal[w] > zero;
@@ -202,16 +208,17 @@ impl Local {
         };
         let outline = Outline::crossing(self, u, v, offset);
         let [start_u, start_v, start_w] = [u, v, w].map(|a| I::from(self.corners[0][a]));
-        let half = I::from(1 << (self.sub_bits - 1));
+        let start = self.base[w] << self.sub_bits;
         for j in 0..=self.last[v] {
             let (i0, i1) = outline.row(j, self.last[u]);
             for i in i0..=i1 {
                 let [x, y] = [i, j].map(|c| I::from((c << self.sub_bits) + offset));
                 let rise = normal[u] * (x - start_u) + normal[v] * (y - start_v);
-                let at = (normal[w] * start_w - rise).floor_div(normal[w] * half);
+                let step = start + (normal[w] * start_w - rise).floor_div(normal[w]);
                 emit(Crossing {
                     row: [(self.base[u] + i) as u32, (self.base[v] + j) as u32],
-                    half: (2 * self.base[w] + at) as u32,
+                    half: (step >> (self.sub_bits - 1)) as u32,
+                    step: step as u32,
                     leaving,
                 });
             }

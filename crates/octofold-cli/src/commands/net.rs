@@ -90,7 +90,7 @@ impl From<LayoutArgs> for Layout {
 }
 
 /// Numbers with commas between them.
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+pub(super) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(str::parse).collect();
     let numbers = numbers.ok().filter(|n| n.iter().all(|v| v.is_finite()));
     let numbers = numbers.and_then(|numbers| numbers.try_into().ok());

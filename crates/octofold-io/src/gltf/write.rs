@@ -195,6 +195,14 @@ impl Document {
             self.accessors[accessor]["normalized"] = json!(true);
             attributes["COLOR_0"] = json!(accessor);
         }
+        for column in &a.point_columns {
+            let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][column.width.clamp(1, 4) - 1];
+            let of = |&p: &u32| &column.values[p as usize * column.width..][..column.width];
+            let values: Vec<f32> = split.points.iter().flat_map(of).copied().collect();
+            let count = split.points.len();
+            let accessor = self.accessor(bytemuck::cast_slice(&values), F32, kind, count);
+            attributes[format!("_{}", column.name)] = json!(accessor);
+        }
         let view = self.view(bytemuck::cast_slice(&split.indices), Some(INDICES));
         self.accessors.push(json!({
             "bufferView": view,

@@ -84,6 +84,11 @@ impl Columns {
         lines.extend(properties(true, real, &["x", "y", "z"]));
         lines.extend(properties(a.point_normals.is_some(), "float", &["nx", "ny", "nz"]));
         lines.extend(properties(a.point_colours.is_some(), "uchar", &colour));
+        for column in &a.point_columns {
+            let name = column.name.to_ascii_lowercase();
+            let numbered = (0..column.width).map(|i| format!("property float {name}_{i}"));
+            lines.extend(numbered);
+        }
         lines.push(format!("element face {}", soup.faces()));
         let index = if i32::try_from(soup.points().len()).is_ok() { "int" } else { "uint" };
         lines.push(format!("property list {count} {index} vertex_indices"));
@@ -110,6 +115,10 @@ impl Columns {
         }
         if let Some(colours) = &a.point_colours {
             record.extend(colours[i]);
+        }
+        for column in &a.point_columns {
+            let values = &column.values[i * column.width..][..column.width];
+            record.extend(values.iter().flat_map(|x| x.to_le_bytes()));
         }
     }
 

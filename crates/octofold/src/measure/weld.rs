@@ -82,6 +82,7 @@ pub fn weld(mesh: &Mesh, run: &Run) -> Result<Mesh, Cancelled> {
     let attributes = Attributes {
         point_colours: columns.point_colours.as_ref().map(|c| pick(c, &firsts)),
         point_normals: columns.point_normals.as_ref().map(|c| pick(c, &firsts)),
+        point_columns: columns.point_columns.iter().map(|c| c.pick(&firsts)).collect(),
         ..columns.clone()
     };
     let triangles = par::map(&mesh.triangles, |t| t.map(|p| of[p as usize]));

@@ -14,12 +14,12 @@ mod mixer;
 mod mixture;
 mod neighbourhood;
 mod prior;
-mod range;
 mod regression;
 #[cfg(test)]
 mod tests;
 mod walk;
 
+use crate::range::{Coder, Decoder, Encoder};
 use crate::rows::Rows;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
@@ -27,7 +27,6 @@ use crate::volume::{Placement, Volume};
 use direct::Direct;
 use mixture::Mixture;
 use neighbourhood::Slice;
-use range::{Coder, Decoder, Encoder};
 use walk::Walk;
 
 /// Slices that are read or written at a time.

@@ -152,6 +152,7 @@ impl Columns {
             face_colours: pick(&a.face_colours, &faces),
             face_materials: pick(&a.face_materials, &faces),
             face_labels: pick(&a.face_labels, &faces),
+            point_columns: a.point_columns.iter().map(|c| c.pick(&points)).collect(),
             materials: a.materials,
             label_names: a.label_names,
         }

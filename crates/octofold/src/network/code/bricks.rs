@@ -6,9 +6,9 @@
 
 use super::CodeError;
 use super::direct::Direct;
-use super::range::{Chance, Coder, Decoder, Encoder, Number};
 use super::walk::Walk;
 use crate::par;
+use crate::range::{Chance, Coder, Decoder, Encoder, Number};
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
 use crate::volume::{Placement, Region, Volume};

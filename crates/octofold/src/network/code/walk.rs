@@ -7,7 +7,7 @@
 //! that of the surface. Encoder and decoder take the same way. Source: specification (D3.3).
 
 use super::neighbourhood::{Cursor, MARGIN, SERVED, SLICES, Slice, word};
-use super::range::{Chance, Coder, Number};
+use crate::range::{Chance, Coder, Number};
 
 /// What tells the chance of a voxel from those before it.
 pub trait Model {

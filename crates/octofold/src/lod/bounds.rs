@@ -1,0 +1,270 @@
+//! How far the patches round an octant's vertex are from the surface inside.
+//!
+//! On the finest level the crossings of an octant's edges are measured against the patch of their
+//! edge, and the surface's vertices against all patches round the octant. Above, the vertices of an
+//! octant's children are measured against the patches round its own vertex, and what is found is
+//! added to the children's bounds: the distance of three surfaces is at most the sum of two. Quads
+//! are measured with both diagonals. Where no edge of an octant is crossed, its whole extent is taken.
+//! Source: specification of LOD, D.2 "Pixel bound", by sums of levels instead of samples at each.
+
+use super::crossings::Crossings;
+use super::edges::LOCAL;
+use super::leaves::{Found, Leaves};
+use super::pyramid::Level;
+use crate::measure::nearest::Face;
+use crate::par;
+use crate::run::{Cancelled, Run};
+use glam::DVec3;
+
+const BLOCK: usize = 1 << 12;
+const NONE: u32 = u32::MAX;
+
+/// Neighbours of the octants of one level, by way `2 axis + side`.
+type Neighbours = Vec<[u32; 6]>;
+
+/// The bound of each octant of each level in finest cells, the root's level first.
+pub(super) fn bounds(
+    levels: &[Level],
+    leaves: &Leaves,
+    crossings: &Crossings,
+    vertices: &[DVec3],
+    run: &Run,
+) -> Result<Vec<Vec<f32>>, Cancelled> {
+    run.stage("bounds");
+    let mut neighbours: Neighbours = vec![[NONE; 6]];
+    let mut own = Vec::new();
+    for (depth, level) in levels.iter().enumerate() {
+        let star = Stars { level, neighbours: &neighbours, size: 1 << (levels.len() - 1 - depth) };
+        let Some(below) = levels.get(depth + 1) else {
+            own.push(of_leaves(&star, leaves, crossings, vertices, run)?);
+            break;
+        };
+        let firsts = firsts(level);
+        own.push(of_octants(&star, below, &firsts, run)?);
+        neighbours = descended(level, below, &firsts, &neighbours, run)?;
+    }
+    for depth in (0..own.len() - 1).rev() {
+        let (above, below) = own.split_at_mut(depth + 1);
+        let (above, mut children) = (&mut above[depth], below[0].iter());
+        for (bound, mask) in above.iter_mut().zip(&levels[depth].masks) {
+            let worst =
+                children.by_ref().take(mask.count_ones() as usize).fold(0f32, |a, &b| a.max(b));
+            *bound += worst;
+        }
+    }
+    Ok(own)
+}
+
+/// The first child of each octant, on the level below.
+fn firsts(level: &Level) -> Vec<u32> {
+    let mut next = 0;
+    let first = |mask: &u8| {
+        let first = next;
+        next += mask.count_ones();
+        first
+    };
+    level.masks.iter().map(first).collect()
+}
+
+/// The neighbours of a level's octants, from those of their parents.
+fn descended(
+    level: &Level,
+    below: &Level,
+    firsts: &[u32],
+    neighbours: &Neighbours,
+    run: &Run,
+) -> Result<Neighbours, Cancelled> {
+    let child = |of: u32, octant: u32| {
+        if of == NONE || level.masks[of as usize] >> octant & 1 == 0 {
+            return NONE;
+        }
+        let before = level.masks[of as usize] & ((1 << octant) - 1) as u8;
+        firsts[of as usize] + before.count_ones()
+    };
+    let parts = par::blocks(run, level.codes.len(), BLOCK, |block| {
+        let mut part = Vec::with_capacity(4 * block.len());
+        for i in block {
+            for octant in (0..8).filter(|o| level.masks[i] >> o & 1 == 1) {
+                part.push(std::array::from_fn(|way| {
+                    let (bit, side) = (1 << (way / 2), way as u32 & 1);
+                    let inside = (octant & bit != 0) != (side == 1);
+                    let of = if inside { i as u32 } else { neighbours[i][way] };
+                    child(of, octant ^ bit)
+                }));
+            }
+        }
+        part
+    })?;
+    let all = parts.concat();
+    debug_assert_eq!(all.len(), below.codes.len());
+    Ok(all)
+}
+
+/// The patches round the octants of one level.
+struct Stars<'a> {
+    level: &'a Level,
+    neighbours: &'a Neighbours,
+    size: u32,
+}
+
+impl Stars<'_> {
+    /// The vertices round edge `edge` of octant `i`, in the order of the ring.
+    fn ring(&self, i: usize, edge: usize) -> Option<[DVec3; 4]> {
+        let local = &LOCAL[edge];
+        let first = self.neighbours[i][local.ways[0]];
+        let second = self.neighbours[i][local.ways[1]];
+        if first == NONE || second == NONE {
+            return None;
+        }
+        let third = self.neighbours[first as usize][local.ways[1]];
+        if third == NONE {
+            return None;
+        }
+        let mut ring = [DVec3::ZERO; 4];
+        for (octant, place) in [i as u32, first, second, third].into_iter().zip(local.places) {
+            ring[place] = self.level.vertex(octant as usize, self.size);
+        }
+        Some(ring)
+    }
+
+    /// The triangles round octant `i`, for each diagonal.
+    fn faces(&self, i: usize, faces: &mut [Vec<Face>; 2]) {
+        faces.iter_mut().for_each(Vec::clear);
+        let mut any = self.level.crossed[i].any;
+        while any != 0 {
+            let edge = any.trailing_zeros() as usize;
+            any &= any - 1;
+            if let Some(ring) = self.ring(i, edge) {
+                for (faces, cut) in faces.iter_mut().zip(cuts(ring)) {
+                    faces.extend(cut);
+                }
+            }
+        }
+    }
+
+    /// The diagonal of an octant: no two of its points are further apart.
+    fn extent(&self) -> f64 {
+        f64::from(self.size) * 3f64.sqrt()
+    }
+}
+
+/// A quad as two triangles, in both ways.
+fn cuts([a, b, c, d]: [DVec3; 4]) -> [[Face; 2]; 2] {
+    let face = |p: DVec3, q: DVec3, r: DVec3| Face::new([p, q, r].map(|p| p.to_array()));
+    [[face(a, b, c), face(a, c, d)], [face(b, c, d), face(b, d, a)]]
+}
+
+/// The distance of a point from the nearest of some faces, squared; anything up to `enough` where it
+/// is no more than that.
+fn distance_squared(faces: &[Face], p: DVec3, enough: f64) -> f64 {
+    let mut least = f64::INFINITY;
+    for face in faces {
+        least = least.min(face.distance_squared(p));
+        if least <= enough {
+            break;
+        }
+    }
+    least
+}
+
+/// The larger of a bound and the distances of a point from both cuts, but no more than `extent`. What
+/// is within the bound is not measured to the end.
+fn grown(bound: f64, faces: &[Vec<Face>; 2], p: DVec3, extent: f64) -> f64 {
+    let enough = bound * bound;
+    let [first, second] = [0, 1].map(|cut| distance_squared(&faces[cut], p, enough));
+    bound.max(first.max(second).sqrt().min(extent))
+}
+
+fn of_octants(
+    stars: &Stars<'_>,
+    below: &Level,
+    firsts: &[u32],
+    run: &Run,
+) -> Result<Vec<f32>, Cancelled> {
+    let Stars { level, size, .. } = stars;
+    let parts = par::blocks(run, level.codes.len(), BLOCK, |block| {
+        let mut faces = [Vec::new(), Vec::new()];
+        let bound = |i: usize| {
+            if level.crossed[i].any == 0 {
+                return stars.extent() as f32;
+            }
+            stars.faces(i, &mut faces);
+            let first = firsts[i] as usize;
+            let children = first..first + level.masks[i].count_ones() as usize;
+            let extent = stars.extent();
+            children.fold(0.0, |b, c| grown(b, &faces, below.vertex(c, size / 2), extent)) as f32
+        };
+        block.map(bound).collect::<Vec<_>>()
+    })?;
+    Ok(parts.concat())
+}
+
+fn of_leaves(
+    stars: &Stars<'_>,
+    leaves: &Leaves,
+    crossings: &Crossings,
+    vertices: &[DVec3],
+    run: &Run,
+) -> Result<Vec<f32>, Cancelled> {
+    let count = leaves.codes.len();
+    // Each edge once, by the octant on whose low sides it lies.
+    let found = par::blocks(run, count, BLOCK, |block| {
+        let mut found = Vec::new();
+        for i in block {
+            for what in leaves.found(i) {
+                let Found::Edge(edge, local) = what else { continue };
+                if local & 3 != 0 {
+                    continue;
+                }
+                let bound = stars.ring(i, local).map_or(stars.extent(), |ring| {
+                    let [first, second] = cuts(ring);
+                    let of = |s: usize| {
+                        let at = crossings.edges[edge].at(&crossings.samples[s]);
+                        distance_squared(&first, at, 0.0).max(distance_squared(&second, at, 0.0))
+                    };
+                    crossings.of(edge).map(of).fold(0.0, f64::max).sqrt()
+                });
+                found.push((edge as u32, bound as f32));
+            }
+        }
+        found
+    })?;
+    let mut of_edge = vec![0f32; crossings.edges.len()];
+    for (edge, bound) in found.into_iter().flatten() {
+        of_edge[edge as usize] = bound;
+    }
+    let parts = par::blocks(run, count, BLOCK, |block| {
+        let mut faces = [Vec::new(), Vec::new()];
+        let bound = |i: usize| {
+            let mut bound = 0f64;
+            let mut met = false;
+            for what in leaves.found(i) {
+                match what {
+                    Found::Edge(edge, _) => bound = bound.max(of_edge[edge].into()),
+                    Found::Vertex(v) => {
+                        if !met {
+                            // A vertex alone in its octant is near the patches beside it.
+                            let mut near = [Vec::new(), Vec::new()];
+                            stars.faces(i, &mut faces);
+                            if stars.level.crossed[i].any == 0 {
+                                for &n in stars.neighbours[i].iter().filter(|&&n| n != NONE) {
+                                    stars.faces(n as usize, &mut near);
+                                    for (all, part) in faces.iter_mut().zip(&near) {
+                                        all.extend(part);
+                                    }
+                                }
+                            }
+                            met = true;
+                        }
+                        bound = grown(bound, &faces, vertices[v], stars.extent());
+                    }
+                    Found::Border => {}
+                }
+            }
+            let is_bare = !met && stars.level.crossed[i].any == 0;
+            (if is_bare { stars.extent() } else { bound }) as f32
+        };
+        block.map(bound).collect::<Vec<_>>()
+    })?;
+    Ok(parts.concat())
+}

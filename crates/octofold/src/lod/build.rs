@@ -1,0 +1,269 @@
+//! From a mesh or a volume to the model.
+
+use super::bounds::bounds;
+use super::crossings::Crossings;
+use super::field;
+use super::leaves::Leaves;
+use super::pyramid::{Finish, Level, pyramid};
+use super::tint::Tint;
+use super::tree::{Lod, Node, Parts, error_step};
+use super::{LodError, MOST_LEVELS};
+use crate::lattice::{Lattice, LatticeError};
+use crate::measure::weld_points;
+use crate::mesh::Mesh;
+use crate::octree::key::morton;
+use crate::radix::{self, Equal};
+use crate::run::{Cancelled, Run};
+use crate::scan;
+use crate::surface::CubesOptions;
+use crate::volume::{Placement, Volume};
+use crate::{par, voxelize};
+use glam::{DMat3, DVec3};
+
+/// Where the vertex of an octant is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VertexRule {
+    /// As published: the mean of the surface's vertices in the octant, else of its crossings with the
+    /// octant's edges.
+    Mean,
+    /// The point of least squared distances to the planes of the surface at its crossings.
+    #[default]
+    Quadric,
+}
+
+/// How a model is built.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BuildOptions {
+    /// Levels below the root: 2^level finest cells along an axis. Meshes only; the cells of a volume
+    /// are between its samples.
+    pub level: u32,
+    /// Where vertices are.
+    pub vertex: VertexRule,
+    /// Octants whose patches are exact have no children.
+    pub early_leaves: bool,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { level: 8, vertex: VertexRule::default(), early_leaves: true }
+    }
+}
+
+/// Share of the root's side that the longest side of a mesh takes.
+const FILLED: f64 = 0.96;
+
+/// Patches that are so near to the surface, in finest cells, count as exact: steps of vertices are no
+/// finer in octants of eight cells.
+const EXACT: f32 = 1.0 / 32.0;
+
+/// Finest cells that a surface may cross: they are sorted in memory.
+const MOST_CELLS: f64 = 1e8;
+
+/// Octants of one block of work.
+const BLOCK: usize = 1 << 14;
+
+/// The model of a mesh: closed, open or not manifold.
+///
+/// # Errors
+/// Where the level is not one of 1 to 16, the mesh crosses no edge of the grid or too many, or the
+/// work is interrupted.
+pub fn build(mesh: &Mesh, options: &BuildOptions, run: &Run) -> Result<Lod, LodError> {
+    if options.level == 0 || options.level > MOST_LEVELS {
+        return Err(LodError::Level(options.level));
+    }
+    run.stage("lattice");
+    let lattice = root(mesh, options.level)?;
+    let facets = voxelize::facets(mesh, &lattice);
+    let squares = area(mesh) / (lattice.cell() * lattice.cell());
+    if squares > MOST_CELLS {
+        return Err(LodError::TooMany(squares as u64));
+    }
+    let tint = Tint::of(mesh);
+    let mut crossings = Crossings::of_mesh(&facets, tint.as_ref(), &lattice, run)?;
+    let mut used = vec![false; mesh.points.len()];
+    mesh.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);
+    let size = f64::from(1u32 << lattice.sub_bits());
+    let vertices: Vec<DVec3> = (mesh.points.iter().zip(&used))
+        .filter(|(_, used)| **used)
+        .map(|(&p, _)| DVec3::from(lattice.snap(p).map(f64::from)) / size)
+        .collect();
+    let (border, even) = border(mesh, &lattice, run)?;
+    if even {
+        crossings.judge_by_parity();
+    }
+    let frame = Placement {
+        origin: lattice.origin(),
+        unit: mesh.unit,
+        ..Placement::spacing([lattice.cell(); 3])
+    };
+    Surface { crossings, vertices, border }.model(options.level, frame, options, run)
+}
+
+/// The model of a volume's surface at an iso value, closed half a sample outside the volume's border
+/// or left open there. `options.level` is not used.
+///
+/// # Errors
+/// Where the volume has no surface or too large a one, more than 65 535 samples along an axis, or
+/// cannot be read, or the work is interrupted.
+pub fn build_volume(
+    volume: &dyn Volume,
+    surface: &CubesOptions,
+    options: &BuildOptions,
+    run: &Run,
+) -> Result<Lod, LodError> {
+    let longest = volume.dims().into_iter().max().unwrap_or(0);
+    let levels = (longest + 1).next_power_of_two().trailing_zeros().max(1);
+    if levels > MOST_LEVELS {
+        return Err(LodError::Level(levels));
+    }
+    let crossings = field::crossings(volume, surface, run)?;
+    let mut frame = volume.placement();
+    frame.origin = frame.place([-1.0; 3]);
+    Surface { crossings, vertices: Vec::new(), border: Vec::new() }
+        .model(levels, frame, options, run)
+}
+
+/// The root's cube round a mesh.
+fn root(mesh: &Mesh, level: u32) -> Result<Lattice, LatticeError> {
+    let [low, high] = mesh.bounds().ok_or(LatticeError::Bounds)?;
+    let longest = (0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max);
+    let side = if longest > 0.0 { longest / FILLED } else { 1.0 };
+    let corner = |way: f64| std::array::from_fn(|a| (low[a] + high[a]) / 2.0 + way * side / 2.0);
+    let pitch = side / f64::from(1u32 << level);
+    let lattice = Lattice::fit([corner(-1.0), corner(1.0)], 1 << level)?;
+    // Rounding may leave a side one cell short.
+    if lattice.cells() == [1 << level; 3] {
+        return Ok(lattice);
+    }
+    let grown = pitch * 1e-9;
+    let corner =
+        |way: f64| std::array::from_fn(|a| (low[a] + high[a]) / 2.0 + way * (side / 2.0 - grown));
+    Lattice::with_pitch([corner(-1.0), corner(1.0)], pitch)
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    let of = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(DVec3::from);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    (0..mesh.triangles.len()).map(of).sum()
+}
+
+/// Morton codes of the cells that edges of a single triangle touch, and whether every edge has an even
+/// number of triangles.
+fn border(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<(Vec<u64>, bool), Cancelled> {
+    // Points that lie on each other are one: formats split them where colours or normals differ.
+    let same = weld_points(&mesh.points, run)?;
+    let edges = par::blocks(run, mesh.triangles.len(), BLOCK, |block| {
+        let triangles = mesh.triangles[block].iter().map(|t| t.map(|p| same.of[p as usize]));
+        let edges = triangles.flat_map(|[p, q, r]| [[p, q], [q, r], [r, p]]);
+        let key = |[p, q]: [u32; 2]| u64::from(p.min(q)) << 32 | u64::from(p.max(q));
+        edges.map(key).collect::<Vec<_>>()
+    })?;
+    let (mut codes, mut even) = (Vec::new(), true);
+    for share in radix::sort(edges, 0, Equal::Keep) {
+        for group in share.chunk_by(|a, b| a == b) {
+            let ends = [group[0] >> 32, group[0] & u64::from(u32::MAX)];
+            if ends[0] == ends[1] {
+                continue;
+            }
+            even &= group.len() % 2 == 0;
+            if group.len() == 1 {
+                let [p, q] = ends.map(|p| lattice.snap(same.points[p as usize]));
+                scan::cells(&[p, q, q], lattice.sub_bits(), |cell| codes.push(morton(cell)));
+            }
+        }
+    }
+    codes.sort_unstable();
+    codes.dedup();
+    Ok((codes, even))
+}
+
+/// A surface on the finest grid.
+struct Surface {
+    crossings: Crossings,
+    /// In finest cells.
+    vertices: Vec<DVec3>,
+    border: Vec<u64>,
+}
+
+impl Surface {
+    fn model(
+        self,
+        levels: u32,
+        frame: Placement,
+        options: &BuildOptions,
+        run: &Run,
+    ) -> Result<Lod, LodError> {
+        if self.crossings.edges.is_empty() {
+            return Err(LodError::NoSurface(levels));
+        }
+        let coloured = self.crossings.colours.is_some();
+        let mut leaves = Leaves::new(&self.crossings, &self.vertices, self.border, run)?;
+        let linear = DMat3::from_cols_array_2d(&frame.axes);
+        let normals = linear.inverse().transpose();
+        let turn = |n: DVec3| (normals * n).normalize_or(DVec3::Z);
+        let finish = Finish { rule: options.vertex, turn: &turn, coloured };
+        let all = pyramid(&mut leaves, levels, &finish, run)?;
+        let bounds = bounds(&all, &leaves, &self.crossings, &self.vertices, run)?;
+        run.stage("columns");
+        let count: u64 = all.iter().map(|level| level.codes.len() as u64).sum();
+        if count >= u64::from(u32::MAX) {
+            return Err(LodError::TooMany(count));
+        }
+        let parts = columns(levels, frame, &all, &bounds, options.early_leaves);
+        Lod::from_parts(parts)
+    }
+}
+
+/// The columns of all octants that are kept, breadth-first.
+fn columns(
+    levels: u32,
+    frame: Placement,
+    all: &[Level],
+    bounds: &[Vec<f32>],
+    early_leaves: bool,
+) -> Parts {
+    let coloured = all.iter().any(|level| !level.colours.is_empty());
+    let (mut nodes, mut errors, mut shapes, mut traits) = (vec![], vec![], vec![], vec![]);
+    let (mut vertices, mut normals, mut colours) = (vec![], vec![], vec![]);
+    let mut kept = vec![true];
+    let mut next = 1;
+    for (level, bounds) in all.iter().zip(bounds) {
+        let mut below = Vec::new();
+        for i in 0..level.codes.len() {
+            let exact = early_leaves && bounds[i] <= EXACT;
+            let children = level.masks[i].count_ones();
+            below.extend(std::iter::repeat_n(kept[i] && !exact, children as usize));
+            if !kept[i] {
+                continue;
+            }
+            let mask = if exact { 0 } else { level.masks[i] };
+            let first = if mask == 0 { 0 } else { next };
+            next += mask.count_ones();
+            nodes.push(Node::new(first, mask, level.crossed[i]));
+            errors.push(error_step(f64::from(bounds[i])));
+            shapes.push(level.shapes[i]);
+            traits.push(level.traits[i]);
+            vertices.push(level.vertices[i]);
+            normals.push(level.normals[i]);
+            if coloured {
+                colours.push(level.colours[i]);
+            }
+        }
+        kept = below;
+    }
+    Parts {
+        levels,
+        frame,
+        nodes: nodes.into(),
+        errors: errors.into(),
+        shapes: shapes.into(),
+        traits: traits.into(),
+        vertices: vertices.into(),
+        normals: normals.into(),
+        colours: coloured.then(|| colours.into()),
+    }
+}
