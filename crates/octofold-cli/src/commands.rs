@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod completions;
 mod convert;
+mod craft;
 mod demo;
 mod info;
 mod net;
@@ -44,6 +45,8 @@ pub enum Command {
     Net(net::Args),
     /// Turn a mesh into sheets of paper to cut, fold and glue
     Unfold(unfold::Args),
+    /// Turn any polygons into sheets of paper: repair, reduce, flatten and unfold in one go
+    Craft(craft::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
     /// Repeat a paper's experiments beside its published figures
@@ -69,6 +72,7 @@ impl Command {
             Self::Simplify(_) => "simplify",
             Self::Net(_) => "net",
             Self::Unfold(_) => "unfold",
+            Self::Craft(_) => "craft",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
             Self::Run(_) => "run",
@@ -91,6 +95,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Simplify(args) => args.run(job),
         Command::Net(args) => args.run(job),
         Command::Unfold(args) => args.run(job),
+        Command::Craft(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),

@@ -14,6 +14,7 @@
 
 mod edges;
 mod facets;
+mod flatten;
 mod grid;
 mod hanging;
 mod hinges;
@@ -36,6 +37,7 @@ mod tabu;
 mod tour;
 mod trees;
 
+pub use flatten::{FlattenAccount, FlattenOptions, Flattened, flatten};
 pub use pattern::Pattern;
 
 use crate::attributes::Attributes;
