@@ -15,6 +15,7 @@
 mod edges;
 mod facets;
 mod flatten;
+mod folded;
 mod grid;
 mod hanging;
 mod hinges;
@@ -38,6 +39,7 @@ mod tour;
 mod trees;
 
 pub use flatten::{FlattenAccount, FlattenOptions, Flattened, flatten};
+pub use folded::Folded;
 pub use pattern::Pattern;
 
 use crate::attributes::Attributes;

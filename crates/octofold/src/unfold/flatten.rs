@@ -142,3 +142,67 @@ fn spoilt(
     spoilt.extend(pairs.iter().filter(|p| known.binary_search(p).is_err()).flatten());
     Ok(spoilt)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::{Weld, measure};
+    use crate::random::Random;
+    use crate::samples::Sample;
+    use crate::sweep::cases;
+    use proptest::prelude::*;
+
+    fn noisy(sample: Sample, resolution: usize, noise: f64, seed: u64) -> Mesh {
+        let mesh =
+            weld(&sample.mesh(resolution, &Run::default()).unwrap().triangulate(), &Run::default());
+        let mut mesh = mesh.unwrap();
+        let mut random = Random::new(seed);
+        mesh.points.iter_mut().flatten().for_each(|x| *x += noise * (2.0 * random.unit() - 1.0));
+        mesh
+    }
+
+    #[test]
+    fn a_noisy_box_gets_its_six_faces_back() {
+        let mesh = noisy(Sample::Cube, 1, 0.002, 7);
+        let options = FlattenOptions { distance: 0.02, ..Default::default() };
+        let Flattened { mesh: flat, account } = flatten(&mesh, &options, &Run::default()).unwrap();
+        assert_eq!((account.faces, account.triangles), (6, 12));
+        let moved = mesh.points.iter().zip(&flat.points).any(|(a, b)| a != b);
+        assert!(moved && account.moved > 0.0 && account.moved <= 0.02);
+    }
+
+    #[test]
+    fn nothing_moves_where_nothing_may() {
+        let mesh = noisy(Sample::Torus, 8, 0.0, 1);
+        let options = FlattenOptions::default();
+        assert_eq!(flatten(&mesh, &options, &Run::default()).unwrap().mesh, mesh);
+    }
+
+    proptest! {
+        #![proptest_config(cases(24))]
+
+        #[test]
+        fn what_is_sound_stays_so(
+            seed in any::<u64>(),
+            which in 0usize..4,
+            noise in 0.0f64..0.02,
+            distance in 0.0f64..0.1,
+            angle in 0.0f64..60.0,
+        ) {
+            let sample = [Sample::Torus, Sample::Sphere, Sample::Cone, Sample::House][which];
+            let mesh = noisy(sample, 8, noise, seed);
+            let options = FlattenOptions { distance, angle };
+            let run = Run::default();
+            let Flattened { mesh: flat, account } = flatten(&mesh, &options, &run).unwrap();
+            prop_assert_eq!(&mesh.triangles, &flat.triangles);
+            for (p, q) in mesh.points.iter().zip(&flat.points) {
+                let moved = DVec3::from(*p).distance(DVec3::from(*q));
+                prop_assert!(moved <= distance && moved <= account.moved, "{moved} of {distance}");
+            }
+            let [before, after] =
+                [&mesh, &flat].map(|m| measure(m, Weld::Off, &run).unwrap());
+            prop_assert!(after.self_intersections <= before.self_intersections);
+            prop_assert_eq!(before.closed, after.closed);
+        }
+    }
+}
