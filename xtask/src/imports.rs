@@ -10,8 +10,9 @@ const FREE: [&str; 10] =
     ["attributes", "exact", "par", "quadric", "radix", "random", "run", "scan", "sets", "sweep"];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 23] = [
+const TABLE: [(&str, &[&str]); 24] = [
     ("bits", &["volume"]),
+    ("craft", &["measure", "mesh", "pipeline", "repair", "simplify", "unfold", "voxelize"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
     ("lib", ALL),
@@ -26,6 +27,7 @@ const TABLE: [(&str, &[&str]); 23] = [
     (
         "report",
         &[
+            "craft",
             "histogram",
             "measure",
             "mesh",
