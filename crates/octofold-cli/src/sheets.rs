@@ -2,9 +2,9 @@
 
 use crate::files::Input;
 use anyhow::{Context, Result, ensure};
-use octofold::Run;
 use octofold::unfold::{self, MOST_EFFORT, Pattern, Scale, UnfoldAccount, UnfoldOptions, Up};
-use octofold_io::{SheetFormat, write_sheets};
+use octofold::{Mesh, Run};
+use octofold_io::{ModelColours, SheetFormat, write_sheets};
 use std::path::{Path, PathBuf};
 
 /// What names sheets, as typed.
@@ -45,10 +45,11 @@ pub struct SheetArgs {
     /// Height of the tabs
     #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length)]
     tab: f64,
-    /// How long to look for fewer pieces; each step doubles the number of tries
-    #[arg(long, value_name = "N", default_value_t = 3,
+    /// How long to look for fewer pieces; each step doubles the number of tries [default: unfold 3,
+    /// craft 1]
+    #[arg(long, value_name = "N",
         value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_EFFORT)))]
-    effort: u32,
+    effort: Option<u32>,
     /// Where the random numbers begin: the same seed gives the same sheets
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -91,10 +92,11 @@ impl SheetOutputArgs {
 }
 
 impl SheetOutput {
-    /// Writes sheets.
-    pub fn write(&self, pattern: &Pattern, run: &Run) -> Result<()> {
+    /// Writes sheets, printed in the colours of the model that they fold into.
+    pub fn write(&self, pattern: &Pattern, model: &Mesh, run: &Run) -> Result<()> {
         run.stage("write");
-        Ok(write_sheets(pattern, &self.path, self.format, run)?)
+        let colours = ModelColours::new(model);
+        Ok(write_sheets(pattern, colours.as_ref(), &self.path, self.format, run)?)
     }
 
     /// What was written, in a line.
@@ -118,8 +120,9 @@ impl SheetArgs {
         self.scale.is_none() && self.height.is_none() && self.size.is_none()
     }
 
-    /// The options of a model that stands along y, or along z.
-    pub fn options(&self, stands_along_y: bool) -> UnfoldOptions {
+    /// The options of a model that stands along y, or along z; looking for pieces takes `effort`
+    /// where that is not named.
+    pub fn options(&self, stands_along_y: bool, effort: u32) -> UnfoldOptions {
         let scale = match (self.scale, self.height, self.size) {
             (Some(factor), _, _) => Scale::Factor(factor),
             (_, Some(height), _) => Scale::Height(height),
@@ -138,7 +141,7 @@ impl SheetArgs {
             page: self.page.0,
             margin: self.margin,
             tab: self.tab,
-            effort: self.effort,
+            effort: self.effort.unwrap_or(effort),
             seed: self.seed,
             ..UnfoldOptions::default()
         }

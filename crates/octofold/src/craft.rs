@@ -49,7 +49,7 @@ impl Default for CraftOptions {
             flatness: 0.5,
             smallest: 5.0,
             shrink: true,
-            sheets: UnfoldOptions::default(),
+            sheets: UnfoldOptions { effort: EFFORT, ..UnfoldOptions::default() },
         }
     }
 }
@@ -115,6 +115,17 @@ pub struct Crafted {
     /// The sheets.
     pub unfolded: Unfolded,
 }
+
+/// How long to look for fewer pieces where that is not told: few parts gain from more.
+pub const EFFORT: u32 = 1;
+
+/// Thickness in millimetres on paper of parts that are better built of a single sheet, and the most
+/// that it may be in cells.
+const THIN: f64 = 2.0;
+const THIN_CELLS: f64 = 6.0;
+
+/// Share of the area that fewer faces may not change.
+const SPOILT: f64 = 0.15;
 
 /// Millimetres of a cell on paper where the resolution is not told, and the least and most cells.
 const CELL: f64 = 1.2;
@@ -239,7 +250,10 @@ impl Bench<'_> {
             keep_cavities: None,
         };
         let sheets = |&share: &f64| {
-            vec![Step::Sheets(SheetOptions { repair: repair(share), ..SheetOptions::default() })]
+            let cell = longest / (finest * share);
+            let thickness = (THIN / self.factor).min(THIN_CELLS * cell);
+            let repair = repair(share);
+            vec![Step::Sheets(SheetOptions { repair, thickness, ..SheetOptions::default() })]
         };
         let closed = vec![Step::Repair(repair(COARSER[1]))];
         COARSER.iter().map(sheets).chain([closed]).collect()
@@ -272,6 +286,7 @@ impl Bench<'_> {
         let near = SimplifyOptions { error: Some(error), ..Default::default() };
         shape = reduce(shape, near, steps)?;
         let mut best: Option<(Made, Vec<Step>, usize)> = None;
+        let whole = area(&shape);
         let flat = FlattenOptions {
             distance: options.flatness / self.factor,
             ..FlattenOptions::default()
@@ -290,6 +305,9 @@ impl Bench<'_> {
             own.push(Step::Flatten(flat));
             let made = pipeline::pipeline(shape.clone(), &own, &quiet)?;
             let faces = made.flatten.as_ref().map_or(usize::MAX, |f| f.faces);
+            if best.is_some() && (area(&made.shape) / whole - 1.0).abs() > SPOILT {
+                break;
+            }
             if best.as_ref().is_none_or(|(_, _, known)| faces < *known) {
                 best = Some((made, own, faces));
             }
@@ -351,6 +369,16 @@ fn triangles(shape: &Shape) -> usize {
     }
 }
 
+fn area(shape: &Shape) -> f64 {
+    let Shape::Soup(soup) = shape else { return 0.0 };
+    let mesh = soup.triangulate();
+    let doubled = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(glam::DVec3::from);
+        (b - a).cross(c - a).length()
+    };
+    (0..mesh.triangles.len()).map(doubled).sum::<f64>() / 2.0
+}
+
 /// What may surprise.
 fn tell(ready: &Ready, options: &CraftOptions, run: &Run) {
     if let Some(prune) = ready.prune.filter(|p| p.parts_left_out > 0) {
@@ -362,7 +390,7 @@ fn tell(ready: &Ready, options: &CraftOptions, run: &Run) {
     }
     if ready.faces as u64 > options.faces {
         let text = format!(
-            "{} faces are left where {} were asked for: the topology would change with fewer",
+            "{} faces are left where {} were asked for: fewer would change the topology, or spoil the shape",
             ready.faces, options.faces
         );
         run.finding(Finding::warning("faces", text).of(ready.faces as u64));

@@ -58,13 +58,13 @@ impl Args {
             flatness: self.flatness,
             smallest: self.smallest,
             shrink: self.sheets.is_free(),
-            sheets: self.sheets.options(opened.stands_along_y()),
+            sheets: self.sheets.options(opened.stands_along_y(), craft::EFFORT),
         };
         let soup = opened.read_mesh(&job.run)?;
         let input = job.measures(&Shape::Soup(soup.clone()))?;
-        let Crafted { mesh, steps, account, unfolded } =
-            craft::craft(&soup.triangulate(), &options, &job.run)?;
-        output.write(&unfolded.pattern, &job.run)?;
+        let model = soup.triangulate();
+        let Crafted { mesh, steps, account, unfolded } = craft::craft(&model, &options, &job.run)?;
+        output.write(&unfolded.pattern, &model, &job.run)?;
         let measures = if job.json {
             Some(ShapeMeasures::of(&Shape::Soup(mesh.into()), &job.run)?)
         } else {

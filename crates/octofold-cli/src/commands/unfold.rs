@@ -42,13 +42,13 @@ impl Args {
         let opened = input.open()?;
         let options = UnfoldOptions {
             flatness: self.flatness,
-            ..self.sheets.options(opened.stands_along_y())
+            ..self.sheets.options(opened.stands_along_y(), UnfoldOptions::default().effort)
         };
         let soup = opened.read_mesh(&job.run)?;
         let input = job.measures(&Shape::Soup(soup.clone()))?;
-        let Unfolded { pattern, account } =
-            unfold::unfold(&soup.triangulate(), &options, &job.run)?;
-        output.write(&pattern, &job.run)?;
+        let model = soup.triangulate();
+        let Unfolded { pattern, account } = unfold::unfold(&model, &options, &job.run)?;
+        output.write(&pattern, &model, &job.run)?;
         let line = output.line(&account, job.terminal.seconds());
         let unfold = Some(UnfoldReport { options, account });
         job.finish(Account { input, unfold, ..Account::default() })?;

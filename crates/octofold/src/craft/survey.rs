@@ -1,6 +1,6 @@
 //! What stands against building a model as it is.
 
-use crate::measure::{self, Measures, Weld};
+use crate::measure::{self, Measures, Nearest, Weld};
 use crate::mesh::Mesh;
 use crate::run::{Cancelled, Run};
 use crate::sets::Sets;
@@ -18,6 +18,8 @@ pub enum Cause {
     Borders,
     /// A part may lie within another.
     Inside,
+    /// Walls are so thin that a single sheet is better.
+    Thin,
     /// Fewer faces could not be reached with its topology.
     Faces,
 }
@@ -40,9 +42,37 @@ pub(super) fn cause(mesh: &Mesh, factor: f64, run: &Run) -> Result<Option<Cause>
         Some(Cause::Cracks)
     } else if may_nest(&welded, &measures) {
         Some(Cause::Inside)
+    } else if is_thin(&welded, super::THIN / factor) {
+        Some(Cause::Thin)
     } else {
         None
     })
+}
+
+/// Share of the area that makes a model thin.
+const THIN_SHARE: f64 = 0.1;
+
+/// True where a good part of a mesh has another face behind it, turned away, nearer than `thickness`.
+fn is_thin(mesh: &Mesh, thickness: f64) -> bool {
+    let nearest = Nearest::new(mesh);
+    let normal = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(DVec3::from);
+        (b - a).cross(c - a)
+    };
+    let (mut thin, mut whole) = (0.0, 0.0);
+    for t in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(t).map(DVec3::from);
+        let own = normal(t);
+        whole += own.length();
+        // Half as deep as what is thin, the other wall is nearer than this one.
+        let deep = (a + b + c) / 3.0 - own.normalize_or_zero() * thickness / 2.0;
+        let Some(hit) = nearest.nearest(deep.to_array()) else { continue };
+        let other = normal(hit.triangle as usize);
+        if own.dot(other) < -0.9 * own.length() * other.length() {
+            thin += own.length();
+        }
+    }
+    thin > THIN_SHARE * whole
 }
 
 /// True where two borders without a common end come nearer to each other than `width`.

@@ -29,7 +29,8 @@ fn what_can_be_built_stays_as_it_is() {
 #[test]
 fn the_house_with_the_chimney_is_built_of_single_sheets() {
     let house = Sample::House.polygons(1).unwrap().triangulate();
-    let Crafted { mesh, steps, account, unfolded } = crafted(&house, &small(100));
+    let options = CraftOptions { resolution: Some(64), ..small(100) };
+    let Crafted { mesh, steps, account, unfolded } = crafted(&house, &options);
     assert_eq!(account.repaired, Some(Cause::Crossings));
     assert!(unfolded.account.faces <= 100);
     assert!(unfolded.pattern.folded().error < 1e-4);
@@ -41,6 +42,15 @@ fn the_house_with_the_chimney_is_built_of_single_sheets() {
     let again = pipeline::pipeline(bare.into(), &steps, &Run::default()).unwrap();
     let Shape::Soup(soup) = again.shape else { panic!("a mesh became a volume") };
     assert_eq!(soup.triangulate(), mesh);
+}
+
+#[test]
+fn a_thin_plate_is_one_sheet() {
+    let cube = Sample::Cube.polygons(1).unwrap().triangulate();
+    let plate = cube.map(|[x, y, z]| [x, y, 0.01 * z]);
+    let Crafted { account, unfolded, .. } = crafted(&plate, &small(50));
+    assert_eq!(account.repaired, Some(Cause::Thin));
+    assert_eq!((unfolded.account.faces, unfolded.account.seams), (1, 0));
 }
 
 #[test]

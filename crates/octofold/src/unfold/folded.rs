@@ -8,18 +8,24 @@ use std::collections::{BTreeMap, VecDeque};
 /// What a pattern folds into.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Folded {
-    /// Each piece for itself, its faces in colour where the pattern has any.
+    /// Each piece for itself, its number as label, its faces in colour where the pattern has any.
     pub mesh: Mesh,
     /// Furthest that a corner is from its point of the pattern's mesh, in millimetres.
     pub error: f64,
 }
 
 impl Pattern {
+    /// Where points of the page come to lie that are on a tile, in the coordinates of the pattern's mesh.
+    pub fn in_space(&self, tile: &Tile) -> impl Fn([f64; 2]) -> [f64; 3] + use<> {
+        let place = in_space(self, tile);
+        move |[x, y]| place.transform_point3(DVec3::new(x, y, 0.0)).to_array()
+    }
+
     /// Folds all pieces and sets each where its first face belongs.
     pub fn folded(&self) -> Folded {
         let mut folded = Folded { mesh: Mesh::default(), error: 0.0 };
-        let mut colours = Vec::new();
-        for piece in &self.pieces {
+        let (mut colours, mut labels) = (Vec::new(), Vec::new());
+        for (number, piece) in (1..).zip(&self.pieces) {
             for (tile, place) in places(self, piece) {
                 let first = folded.mesh.points.len() as u32;
                 let mut flat = Vec::with_capacity(tile.corners.len());
@@ -35,6 +41,7 @@ impl Pattern {
                 let triangles = cut.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|c| first + c));
                 let before = folded.mesh.triangles.len();
                 folded.mesh.triangles.extend(triangles);
+                labels.resize(folded.mesh.triangles.len(), number);
                 if let Some(of_faces) = &self.mesh.colours {
                     let [r, g, b] = of_faces[tile.face as usize];
                     let own = folded.mesh.triangles.len() - before;
@@ -42,6 +49,7 @@ impl Pattern {
                 }
             }
         }
+        folded.mesh.attributes.face_labels = Some(labels);
         folded.mesh.attributes.face_colours = self.mesh.colours.is_some().then_some(colours);
         folded
     }

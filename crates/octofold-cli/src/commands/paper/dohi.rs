@@ -15,13 +15,13 @@ use anyhow::{Context, Result};
 use models::Model;
 use octofold::craft::{self, CraftAccount, CraftOptions, Crafted};
 use octofold::measure::{self, Measures, Weld};
-use octofold::picture::{Shading, Style, View};
+use octofold::picture::{Paint, Shading, Style, View};
 use octofold::pipeline::{self, Shape, Step};
 use octofold::repair::{RepairAccount, RepairOptions, SheetOptions, SheetRule};
-use octofold::unfold::{Scale, UnfoldAccount, UnfoldOptions, Unfolded};
+use octofold::unfold::{UnfoldAccount, Unfolded};
 use octofold::voxelize::Size;
 use octofold::{Mesh, Run};
-use octofold_io::{SheetFormat, write_sheets};
+use octofold_io::{ModelColours, SheetFormat, write_sheets};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -96,7 +96,7 @@ struct Repaired {
 
 /// A model on paper.
 #[derive(Debug, Clone, Serialize)]
-struct Paper {
+struct OnPaper {
     seconds: f64,
     /// Area on paper as a share of that of the sheets that the model stands for.
     area: Option<f64>,
@@ -113,7 +113,7 @@ struct Trial {
     about: &'static str,
     input: Measures,
     repaired: Vec<Repaired>,
-    paper: Paper,
+    paper: OnPaper,
 }
 
 /// The folder.
@@ -159,7 +159,7 @@ impl Args {
 
 impl Desk {
     fn trial(&self, model: &Model) -> Result<Trial> {
-        self.draw(&model.mesh, &format!("{}-input.png", model.name))?;
+        self.draw(&model.mesh, &format!("{}-input.png", model.name), Paint::Own)?;
         let input = measure::measure(&model.mesh, Weld::Exact, &self.run)?;
         let repaired =
             Mode::ALL.into_iter().map(|mode| self.repaired(model, mode)).collect::<Result<_>>()?;
@@ -174,7 +174,7 @@ impl Desk {
         let seconds = begin.elapsed().as_secs_f64();
         let Shape::Soup(soup) = made.shape else { anyhow::bail!("a repair gives a mesh") };
         let mesh = soup.triangulate();
-        self.draw(&mesh, &format!("{}-{}.png", model.name, mode.name()))?;
+        self.draw(&mesh, &format!("{}-{}.png", model.name, mode.name()), Paint::Own)?;
         let measures = measure::measure(&mesh, Weld::Exact, &self.run)?;
         Ok(Repaired {
             mode,
@@ -185,11 +185,10 @@ impl Desk {
         })
     }
 
-    fn paper(&self, model: &Model) -> Result<Paper> {
+    fn paper(&self, model: &Model) -> Result<OnPaper> {
         let options = CraftOptions {
             faces: self.faces,
             resolution: Some(self.resolution),
-            sheets: UnfoldOptions { scale: Scale::Size(150.0), ..UnfoldOptions::default() },
             ..CraftOptions::default()
         };
         let begin = Instant::now();
@@ -197,15 +196,17 @@ impl Desk {
             craft::craft(&model.mesh, &options, &self.run)?;
         let seconds = begin.elapsed().as_secs_f64();
         let area = measure::Extent::of(&mesh, &self.run)?.area;
-        self.draw(&mesh, &format!("{}-reduced.png", model.name))?;
+        self.draw(&mesh, &format!("{}-reduced.png", model.name), Paint::Own)?;
         let Unfolded { pattern, account: unfold } = unfolded;
+        let colours = ModelColours::new(&model.mesh);
         for format in [SheetFormat::Svg, SheetFormat::Pdf] {
             let name = format!("{}-sheets.{}", model.name, format.name());
-            write_sheets(&pattern, &self.folder.join(name), format, &self.run)?;
+            let path = self.folder.join(name);
+            write_sheets(&pattern, colours.as_ref(), &path, format, &self.run)?;
         }
         let folded = pattern.folded();
-        self.draw(&folded.mesh, &format!("{}-folded.png", model.name))?;
-        Ok(Paper {
+        self.draw(&folded.mesh, &format!("{}-folded.png", model.name), Paint::Labels)?;
+        Ok(OnPaper {
             seconds,
             area: model.sheet.map(|sheet| area / sheet),
             refolded: folded.error,
@@ -214,11 +215,14 @@ impl Desk {
         })
     }
 
-    fn draw(&self, mesh: &Mesh, name: &str) -> Result<()> {
+    fn draw(&self, mesh: &Mesh, name: &str, paint: Paint) -> Result<()> {
         let style = Style {
             shading: Shading::Flat,
             wireframe: (mesh.triangles.len() < MOST_LINES).then_some(Style::INK),
             boundary: Some(Style::RED),
+            paint,
+            // Sheets show both sides.
+            back: None,
             ..Style::default()
         };
         let view = View::default().sized(560, 480);
@@ -298,7 +302,7 @@ fn scene(trial: &Trial) -> String {
         stage("dohi", "sheets, as published"),
         stage("sheets", "sheets"),
         stage("reduced", "reduced and flattened"),
-        stage("folded", "folded again"),
+        stage("folded", "folded again, a colour for each piece"),
         sheets.collect::<String>(),
     )
 }

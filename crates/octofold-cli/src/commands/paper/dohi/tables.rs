@@ -58,7 +58,8 @@ fn repairs(trials: &[Trial]) -> Table {
             count(sheets.map(|s| s.patches)),
             m.boundary_edges.to_string(),
             m.nonmanifold_edges.to_string(),
-            count(sheets.map(|s| digits(s.junction_length))),
+            // Nothing summed up is -0.
+            count(sheets.map(|s| digits(s.junction_length + 0.0))),
             m.self_intersections.to_string(),
             m.closed.to_string(),
             digits(r.seconds),
@@ -152,7 +153,7 @@ pub fn csv(trials: &[Trial]) -> String {
             blank(sheets.map(|s| s.patches.to_string())),
             m.boundary_edges,
             m.nonmanifold_edges,
-            blank(sheets.map(|s| s.junction_length.to_string())),
+            blank(sheets.map(|s| (s.junction_length + 0.0).to_string())),
             m.self_intersections,
             m.closed,
             r.seconds
