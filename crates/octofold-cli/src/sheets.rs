@@ -2,9 +2,10 @@
 
 use crate::files::Input;
 use anyhow::{Context, Result, ensure};
+use octofold::picture::{Background, Shading, Style, View, render};
 use octofold::unfold::{self, MOST_EFFORT, Pattern, Scale, UnfoldAccount, UnfoldOptions, Up};
 use octofold::{Mesh, Run};
-use octofold_io::{ModelColours, SheetFormat, write_sheets};
+use octofold_io::{Cover, Dress, ModelColours, SheetFormat, write_sheets};
 use std::path::{Path, PathBuf};
 
 /// What names sheets, as typed.
@@ -93,10 +94,14 @@ impl SheetOutputArgs {
 
 impl SheetOutput {
     /// Writes sheets, printed in the colours of the model that they fold into.
-    pub fn write(&self, pattern: &Pattern, model: &Mesh, run: &Run) -> Result<()> {
-        run.stage("write");
+    pub fn write(&self, pattern: &Pattern, model: &Mesh, up: Up, run: &Run) -> Result<()> {
         let colours = ModelColours::new(model);
-        Ok(write_sheets(pattern, colours.as_ref(), &self.path, self.format, run)?)
+        let cover = match self.format {
+            SheetFormat::Pdf => Some(cover(pattern, model, colours.as_ref(), up, run)?),
+            _ => None,
+        };
+        run.stage("write");
+        Ok(write_sheets(pattern, &Dress { colours, cover }, &self.path, self.format, run)?)
     }
 
     /// What was written, in a line.
@@ -112,6 +117,39 @@ impl SheetOutput {
             account.strips,
         )
     }
+}
+
+/// Pictures of a model and of its pieces.
+fn cover(
+    pattern: &Pattern,
+    model: &Mesh,
+    colours: Option<&ModelColours<'_>>,
+    up: Up,
+    run: &Run,
+) -> Result<Cover> {
+    let palette = Cover::palette(pattern.pieces.len());
+    let mut pieces = pattern.folded().mesh;
+    let labels = pieces.attributes.face_labels.take().unwrap_or_default();
+    let colour = |&label: &u32| {
+        let [r, g, b] = palette[label as usize - 1];
+        [r, g, b, 255]
+    };
+    pieces.attributes.face_colours = Some(labels.iter().map(colour).collect());
+    let style = Style {
+        shading: Shading::Flat,
+        back: None,
+        background: Background::Plain([255; 3]),
+        ..Style::default()
+    };
+    let [width, height] = Cover::picture_size(pattern.page);
+    let view = View::default().sized(width, height);
+    let view = if up == Up::Y { view.y_up() } else { view };
+    let painted = colours.map(ModelColours::painted);
+    let pictures = [
+        render(painted.as_ref().unwrap_or(model), &view, &style, run)?,
+        render(&pieces, &view, &Style { boundary: Some(Style::INK), ..style }, run)?,
+    ];
+    Ok(Cover { pictures, colours: palette })
 }
 
 impl SheetArgs {

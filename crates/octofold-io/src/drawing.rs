@@ -252,7 +252,7 @@ impl Drawing {
         self.lettered(&text, [pattern.page[0] - left - wide, low], 2.5, Layer::Page);
     }
 
-    fn lettered(&mut self, text: &str, at: [f64; 2], height: f64, layer: Layer) {
+    pub(crate) fn lettered(&mut self, text: &str, at: [f64; 2], height: f64, layer: Layer) {
         let before = self.lines.len();
         self.text(text, at, [1.0, 0.0], height);
         self.lines[before..].iter_mut().for_each(|line| line.layer = layer);

@@ -7,6 +7,7 @@
 mod budget;
 mod colour;
 mod columns;
+mod cover;
 mod drawing;
 mod dxf;
 mod error;
@@ -43,13 +44,14 @@ pub mod stl;
 pub mod threemf;
 pub mod vox;
 
+pub use cover::Cover;
 pub use error::{At, ReadError, WriteError};
 pub use format::{Format, Kind};
 pub use mapped::{Layout, MappedVolume, Scaling, Stored};
 pub use meshes::{read_mesh, write_mesh};
 pub use prints::ModelColours;
 pub use raw::RawLayout;
-pub use sheets::{SheetFormat, write_sheets};
+pub use sheets::{Dress, SheetFormat, write_sheets};
 pub use sink::{Sink, save};
 pub use source::{Bytes, Files, NoFiles, Source};
 pub use volumes::{read_volume, write_solid, write_volume};

@@ -3,6 +3,7 @@
 use crate::drawing::holds;
 use octofold::attributes::{Attributes, Texture};
 use octofold::measure::Nearest;
+use octofold::picture::Picture;
 use octofold::unfold::pattern::{Pattern, Tile, millimetres};
 use octofold::{Cancelled, Mesh, Run, par};
 
@@ -30,7 +31,7 @@ pub(crate) struct Print {
 }
 
 /// Dots for each millimetre.
-const DOTS: f64 = 5.0;
+pub(crate) const DOTS: f64 = 5.0;
 
 /// How far colours go beyond faces, in dots, so that a cut beside its line shows no white.
 const BLEED: f64 = 2.0;
@@ -51,6 +52,21 @@ impl<'a> ModelColours<'a> {
         let of_points = || a.point_colours.as_ref().is_some_and(|c| c.iter().any(|x| *x != c[0]));
         let any = textured || several() || of_points();
         any.then(|| Self { mesh, nearest: Nearest::new(mesh), images })
+    }
+
+    /// The same triangles, each in the colour of its middle.
+    pub fn painted(&self) -> Mesh {
+        let middle = |t: usize| {
+            let corners = self.mesh.corners(t);
+            self.at(std::array::from_fn(|x| corners.iter().map(|p| p[x]).sum::<f64>() / 3.0))
+        };
+        let numbers: Vec<usize> = (0..self.mesh.triangles.len()).collect();
+        let mut mesh = self.mesh.map(|p| p);
+        mesh.attributes.face_colours = Some(par::map(&numbers, |&t| {
+            let [r, g, b] = middle(t);
+            [r, g, b, 255]
+        }));
+        mesh
     }
 
     /// The colour of the model next to a place.
@@ -130,10 +146,9 @@ pub(crate) fn prints(
     colours: &ModelColours<'_>,
     run: &Run,
 ) -> Result<Vec<Print>, Cancelled> {
-    let [width, height] = pattern.page.map(|x| (x * DOTS).ceil() as usize);
     let pages = par::blocks(run, pattern.pages as usize, 1, |range| {
         let page = range.start as u32;
-        let mut print = Print { width, height, rgb: vec![255; 3 * width * height] };
+        let mut print = Print::blank(pattern.page);
         let pieces = || pattern.pieces.iter().filter(|piece| piece.page == page);
         for inner in [false, true] {
             for tile in pieces().flat_map(|piece| &piece.tiles) {
@@ -146,6 +161,25 @@ pub(crate) fn prints(
 }
 
 impl Print {
+    /// A white page.
+    pub fn blank(page: [f64; 2]) -> Self {
+        let [width, height] = page.map(|x| (x * DOTS).ceil() as usize);
+        Self { width, height, rgb: vec![255; 3 * width * height] }
+    }
+
+    /// Puts a picture on the page, its upper left corner at a dot.
+    pub fn put(&mut self, picture: &Picture, [left, top]: [usize; 2]) {
+        let across = (picture.width as usize).min(self.width.saturating_sub(left));
+        let rows = picture.rgba.chunks_exact(4 * picture.width.max(1) as usize);
+        for (row, pixels) in rows.enumerate().take(self.height.saturating_sub(top)) {
+            let at = 3 * ((top + row) * self.width + left);
+            let dots = self.rgb[at..at + 3 * across].chunks_exact_mut(3);
+            for (dot, pixel) in dots.zip(pixels.chunks_exact(4)) {
+                dot.copy_from_slice(&pixel[..3]);
+            }
+        }
+    }
+
     /// Prints the inner dots of a tile, or those beside it.
     fn tile(&mut self, pattern: &Pattern, tile: &Tile, colours: &ModelColours<'_>, inner: bool) {
         let in_space = pattern.in_space(tile);

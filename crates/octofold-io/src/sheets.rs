@@ -1,6 +1,7 @@
 //! The front door for papercraft sheets: patterns to PDF, SVG, DXF and FOLD.
 
 use crate::columns::sink_error;
+use crate::cover::Cover;
 use crate::drawing::{Drawing, pages};
 use crate::prints::ModelColours;
 use crate::seal::{self, Origin};
@@ -42,20 +43,32 @@ impl SheetFormat {
     }
 }
 
-/// Writes a pattern, PDF and SVG in the colours of a model where there are any: all files, or none.
+/// What sheets show beside lines.
+#[derive(Default)]
+pub struct Dress<'a> {
+    /// What is printed on faces, in PDF and SVG.
+    pub colours: Option<ModelColours<'a>>,
+    /// The first page of a PDF.
+    pub cover: Option<Cover>,
+}
+
+/// Writes a pattern: all files, or none of them.
 ///
 /// PDF and FOLD hold all pages. SVG and DXF take a file for each, numbered where there are several;
 /// beside an SVG stands the unfolded mesh as OBJ, which never replaces a file of another origin. Pages
 /// that an earlier run has left over are taken away, but for those that were changed since.
 pub fn write_sheets(
     pattern: &Pattern,
-    colours: Option<&ModelColours<'_>>,
+    dress: &Dress<'_>,
     path: &Path,
     format: SheetFormat,
     run: &Run,
 ) -> Result<(), WriteError> {
-    let colours = colours.filter(|_| matches!(format, SheetFormat::Pdf | SheetFormat::Svg));
-    let drawings = pages(pattern, colours, run)?;
+    let printed = matches!(format, SheetFormat::Pdf | SheetFormat::Svg);
+    let colours = dress.colours.as_ref().filter(|_| printed);
+    let mut drawings = pages(pattern, colours, run)?;
+    let cover = dress.cover.as_ref().filter(|_| format == SheetFormat::Pdf);
+    drawings.splice(..0, cover.map(|cover| cover.drawing(pattern)));
     if format == SheetFormat::Svg {
         keep_foreign(&path.with_extension("obj"))?;
     }
@@ -172,7 +185,7 @@ mod tests {
         for format in SheetFormat::ALL {
             let path = folder.path().join(format!("cube.{}", format.name()));
             let write = || {
-                write_sheets(&pattern, None, &path, format, &Run::default()).unwrap();
+                write_sheets(&pattern, &Dress::default(), &path, format, &Run::default()).unwrap();
                 let mut files: Vec<_> = std::fs::read_dir(folder.path())
                     .unwrap()
                     .map(|entry| entry.unwrap().path())
@@ -201,7 +214,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
         let write = |pattern: &Pattern| {
-            write_sheets(pattern, None, &file("cube.svg"), SheetFormat::Svg, &Run::default())
+            write_sheets(
+                pattern,
+                &Dress::default(),
+                &file("cube.svg"),
+                SheetFormat::Svg,
+                &Run::default(),
+            )
         };
         let many = pattern();
         write(&many).unwrap();

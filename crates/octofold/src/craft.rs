@@ -142,7 +142,7 @@ const AMPLE: u64 = 16;
 const SHARES: [u64; 11] = [800, 560, 400, 320, 260, 215, 180, 150, 130, 113, 100];
 
 /// Error of the simplification that looks for what is flat already, in parts of the flatness.
-const ERROR: f64 = 0.5;
+const ERROR: f64 = 1.0;
 
 /// Faces beyond those asked for, as a share, that are not worth another try.
 const ENOUGH: f64 = 1.05;

@@ -64,7 +64,7 @@ impl Args {
         let input = job.measures(&Shape::Soup(soup.clone()))?;
         let model = soup.triangulate();
         let Crafted { mesh, steps, account, unfolded } = craft::craft(&model, &options, &job.run)?;
-        output.write(&unfolded.pattern, &model, &job.run)?;
+        output.write(&unfolded.pattern, &model, options.sheets.up, &job.run)?;
         let measures = if job.json {
             Some(ShapeMeasures::of(&Shape::Soup(mesh.into()), &job.run)?)
         } else {

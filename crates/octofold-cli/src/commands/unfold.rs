@@ -48,7 +48,7 @@ impl Args {
         let input = job.measures(&Shape::Soup(soup.clone()))?;
         let model = soup.triangulate();
         let Unfolded { pattern, account } = unfold::unfold(&model, &options, &job.run)?;
-        output.write(&pattern, &model, &job.run)?;
+        output.write(&pattern, &model, options.up, &job.run)?;
         let line = output.line(&account, job.terminal.seconds());
         let unfold = Some(UnfoldReport { options, account });
         job.finish(Account { input, unfold, ..Account::default() })?;

@@ -21,7 +21,7 @@ use octofold::repair::{RepairAccount, RepairOptions, SheetOptions, SheetRule};
 use octofold::unfold::{UnfoldAccount, Unfolded};
 use octofold::voxelize::Size;
 use octofold::{Mesh, Run};
-use octofold_io::{ModelColours, SheetFormat, write_sheets};
+use octofold_io::{Dress, ModelColours, SheetFormat, write_sheets};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -198,11 +198,11 @@ impl Desk {
         let area = measure::Extent::of(&mesh, &self.run)?.area;
         self.draw(&mesh, &format!("{}-reduced.png", model.name), Paint::Own)?;
         let Unfolded { pattern, account: unfold } = unfolded;
-        let colours = ModelColours::new(&model.mesh);
+        let dress = Dress { colours: ModelColours::new(&model.mesh), cover: None };
         for format in [SheetFormat::Svg, SheetFormat::Pdf] {
             let name = format!("{}-sheets.{}", model.name, format.name());
             let path = self.folder.join(name);
-            write_sheets(&pattern, colours.as_ref(), &path, format, &self.run)?;
+            write_sheets(&pattern, &dress, &path, format, &self.run)?;
         }
         let folded = pattern.folded();
         self.draw(&folded.mesh, &format!("{}-folded.png", model.name), Paint::Labels)?;
