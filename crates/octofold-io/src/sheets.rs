@@ -210,6 +210,22 @@ mod tests {
     }
 
     #[test]
+    fn printed_pages_are_whole() {
+        let house = Sample::House.polygons(1).unwrap().triangulate();
+        let pattern = unfold(&house, &UnfoldOptions::default(), &Run::default()).unwrap().pattern;
+        let dress = Dress { colours: crate::ModelColours::new(&house), cover: None };
+        assert!(dress.colours.is_some());
+        for (page, drawing) in
+            pages(&pattern, dress.colours.as_ref(), &Run::default()).unwrap().iter().enumerate()
+        {
+            let print = drawing.print.as_ref().unwrap();
+            assert!(print.rgb.chunks_exact(3).any(|dot| dot[0] != 255));
+            let text = svg::page(&pattern, drawing, page as u32);
+            assert_eq!(text.matches("<g ").count(), text.matches("</g>").count());
+        }
+    }
+
+    #[test]
     fn old_pages_go_and_other_files_stay() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);

@@ -45,6 +45,7 @@ pub(crate) fn page(pattern: &Pattern, drawing: &Drawing, page: u32) -> String {
                  preserveAspectRatio=\"none\" href=\"data:image/png;base64,{png}\"/>"
             ),
         );
+        line(&mut text, format_args!("</g>"));
         let halo = format!(
             " fill=\"none\" stroke=\"#ffffff\" stroke-width=\"{HALO}\" stroke-linejoin=\"round\" \
              stroke-linecap=\"round\""

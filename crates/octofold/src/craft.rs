@@ -14,7 +14,7 @@ pub use survey::Cause;
 
 use crate::mesh::{Mesh, bounds};
 use crate::pipeline::{self, Made, Shape, Step, StepError};
-use crate::repair::{Gap, RepairAccount, RepairOptions, SheetOptions};
+use crate::repair::{Gap, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Finding, Run, Watch};
 use crate::simplify::{PruneAccount, PruneOptions, SimplifyAccount, SimplifyOptions};
 use crate::unfold::{
@@ -176,33 +176,52 @@ pub fn craft(mesh: &Mesh, options: &CraftOptions, run: &Run) -> Result<Crafted, 
     }
     tries.extend(bench.repairs(longest));
     let (mut attempts, mut best): (Vec<Attempt>, Option<(usize, Ready)>) = (Vec::new(), None);
+    let (mut failed, mut done): (Option<CraftError>, _) = (None, None);
     for first in tries {
         run.check()?;
         let mut steps = first;
         match bench.ready(&mut steps) {
             Ok(ready) => {
                 let faces = ready.faces;
-                if best.as_ref().is_none_or(|(_, known)| faces < known.faces) {
-                    best = Some((attempts.len(), ready));
+                let mut attempt = Attempt { steps, faces: Some(faces), error: None };
+                if faces as f64 > ENOUGH * options.faces as f64 {
+                    if best.as_ref().is_none_or(|(_, known)| faces < known.faces) {
+                        best = Some((attempts.len(), ready));
+                    }
+                    attempts.push(attempt);
+                    continue;
                 }
-                attempts.push(Attempt { steps, faces: Some(faces), error: None });
-                if faces as f64 <= ENOUGH * options.faces as f64 {
-                    break;
+                match bench.unfolded(&ready.mesh) {
+                    Ok(unfolded) => {
+                        done = Some((attempts.len(), ready, unfolded));
+                        attempts.push(attempt);
+                        break;
+                    }
+                    // A face so thin that rounding turns it over is there on these cells alone.
+                    Err(error @ UnfoldError::Overlap { .. }) => {
+                        attempt.error = Some(error.to_string());
+                        attempts.push(attempt);
+                        failed = Some(error.into());
+                    }
+                    Err(error) => return Err(error.into()),
                 }
             }
             Err(error @ StepError::Cancelled(_)) => return Err(error.into()),
             Err(error) => {
                 attempts.push(Attempt { steps, faces: None, error: Some(error.to_string()) });
-                let last = attempts.len() > COARSER.len();
-                if last && best.is_none() {
-                    return Err(error.into());
-                }
+                failed = Some(error.into());
             }
         }
     }
-    let Some((taken, ready)) = best else { return Err(UnfoldError::Empty.into()) };
+    let (taken, ready, (unfolded, shrunk)) = match (done, best) {
+        (Some(done), _) => done,
+        (None, Some((taken, ready))) => {
+            let unfolded = bench.unfolded(&ready.mesh)?;
+            (taken, ready, unfolded)
+        }
+        (None, None) => return Err(failed.unwrap_or(UnfoldError::Empty.into())),
+    };
     tell(&ready, options, run);
-    let (unfolded, shrunk) = bench.unfolded(&ready.mesh)?;
     let account = CraftAccount {
         repaired: if ready.repair.is_some() { cause.or(Some(Cause::Faces)) } else { None },
         taken,
@@ -255,8 +274,8 @@ impl Bench<'_> {
             let repair = repair(share);
             vec![Step::Sheets(SheetOptions { repair, thickness, ..SheetOptions::default() })]
         };
-        let closed = vec![Step::Repair(repair(COARSER[1]))];
-        COARSER.iter().map(sheets).chain([closed]).collect()
+        let closed = COARSER[1..].iter().map(|&share| vec![Step::Repair(repair(share))]);
+        COARSER.iter().map(sheets).chain(closed).collect()
     }
 
     /// Runs `steps`, then simplifies and flattens until there are no more faces than asked for; the
@@ -315,9 +334,9 @@ impl Bench<'_> {
                 break;
             }
         }
-        let Some((made, own, faces)) = best else { return Err(crate::run::Cancelled.into()) };
+        let Some((made, own, faces)) = best else { return Err(RepairError::Empty.into()) };
         steps.extend(own);
-        let Shape::Soup(soup) = made.shape else { return Err(crate::run::Cancelled.into()) };
+        let Shape::Soup(soup) = made.shape else { return Err(RepairError::Empty.into()) };
         let simplify = made.simplify.or(simplify);
         let mesh = soup.triangulate();
         Ok(Ready { mesh, faces, repair, prune, simplify, flatten: made.flatten })
