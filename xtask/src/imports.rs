@@ -22,8 +22,9 @@ const FREE: [&str; 12] = [
 ];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 24] = [
+const TABLE: [(&str, &[&str]); 25] = [
     ("bits", &["volume"]),
+    ("craft", &["measure", "mesh", "pipeline", "repair", "simplify", "unfold", "voxelize"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
     ("lib", ALL),
@@ -39,6 +40,7 @@ const TABLE: [(&str, &[&str]); 24] = [
     (
         "report",
         &[
+            "craft",
             "histogram",
             "lod",
             "measure",

@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod completions;
 mod convert;
+mod craft;
 mod demo;
 mod info;
 mod lod;
@@ -47,6 +48,8 @@ pub enum Command {
     Lod(lod::Args),
     /// Turn a mesh into sheets of paper to cut, fold and glue
     Unfold(unfold::Args),
+    /// Turn any polygons into sheets of paper: repair, reduce, flatten and unfold in one go
+    Craft(craft::Args),
     /// Take built-in shapes through every main path and make a page to look at
     Demo(demo::Args),
     /// Repeat a paper's experiments beside its published figures
@@ -73,6 +76,7 @@ impl Command {
             Self::Net(_) => "net",
             Self::Lod(_) => "lod",
             Self::Unfold(_) => "unfold",
+            Self::Craft(_) => "craft",
             Self::Demo(_) => "demo",
             Self::Paper(_) => "paper",
             Self::Run(_) => "run",
@@ -96,6 +100,7 @@ pub fn run(command: Command, job: &Job) -> Result<Outcome> {
         Command::Net(args) => args.run(job),
         Command::Lod(args) => args.run(job),
         Command::Unfold(args) => args.run(job),
+        Command::Craft(args) => args.run(job),
         Command::Demo(args) => args.run(job),
         Command::Paper(args) => args.run(job),
         Command::Run(args) => args.run(job),

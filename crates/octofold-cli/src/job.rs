@@ -7,7 +7,9 @@ use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
 use octofold::measure::{self, Measures, Verdict, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
-use octofold::report::{Answer, RepairReport, Report, ShapeMeasures, SimplifyReport, UnfoldReport};
+use octofold::report::{
+    Answer, CraftReport, RepairReport, Report, ShapeMeasures, SimplifyReport, UnfoldReport,
+};
 use octofold::simplify::SimplifyOptions;
 use octofold::surface::SurfaceAccount;
 use octofold::{Cancel, Kind, Mesh, Run};
@@ -57,6 +59,8 @@ pub struct Account {
     pub repair: Option<RepairReport>,
     /// What was simplified.
     pub simplify: Option<SimplifyReport>,
+    /// How a model was made ready for unfolding.
+    pub craft: Option<CraftReport>,
     /// What was unfolded.
     pub unfold: Option<UnfoldReport>,
 }
@@ -274,7 +278,8 @@ impl Job {
         if !self.json {
             return Ok(());
         }
-        let Account { answer, steps, input, output, surface, repair, simplify, unfold } = account;
+        let Account { answer, steps, input, output, surface, repair, simplify, craft, unfold } =
+            account;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: self.command,
@@ -288,6 +293,7 @@ impl Job {
             surface,
             repair,
             simplify,
+            craft,
             unfold,
             findings,
         };

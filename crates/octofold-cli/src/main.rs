@@ -10,6 +10,7 @@ mod job;
 mod memory;
 mod page;
 mod picture;
+mod sheets;
 mod terminal;
 
 use arguments::Cli;

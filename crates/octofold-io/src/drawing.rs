@@ -2,7 +2,9 @@
 //! the lower left corner. All sheet formats draw this.
 
 use crate::lettering::strokes;
+use crate::prints::{self, ModelColours, Print};
 use octofold::unfold::pattern::{Fold, Pattern, Piece, Spot, Tile, millimetres};
+use octofold::{Cancelled, Run};
 
 /// What a line is for, and so which tool it is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +51,7 @@ pub(crate) struct Paint {
 /// One page.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Drawing {
+    pub print: Option<Print>,
     pub fills: Vec<Paint>,
     pub lines: Vec<Line>,
 }
@@ -84,14 +87,32 @@ impl Layer {
     }
 }
 
+/// Width of the white under numbers on a print, in millimetres.
+pub(crate) const HALO: f64 = 0.6;
+
 /// Length of the ruler.
 const RULER: f64 = 100.0;
 
 /// Heights of numbers that are tried, the largest first.
 const HEIGHTS: [f64; 5] = [2.4, 1.9, 1.5, 1.2, 0.9];
 
-/// The pages of a pattern.
-pub(crate) fn pages(pattern: &Pattern) -> Vec<Drawing> {
+/// The pages of a pattern, in the colours of a model where there are any.
+pub(crate) fn pages(
+    pattern: &Pattern,
+    colours: Option<&ModelColours<'_>>,
+    run: &Run,
+) -> Result<Vec<Drawing>, Cancelled> {
+    let mut pages = lines(pattern);
+    if let Some(colours) = colours {
+        for (page, print) in pages.iter_mut().zip(prints::prints(pattern, colours, run)?) {
+            page.fills.clear();
+            page.print = Some(print);
+        }
+    }
+    Ok(pages)
+}
+
+fn lines(pattern: &Pattern) -> Vec<Drawing> {
     let mut pages = vec![Drawing::default(); pattern.pages as usize];
     for (number, piece) in (1..).zip(&pattern.pieces) {
         let page = &mut pages[piece.page as usize];
@@ -231,7 +252,7 @@ impl Drawing {
         self.lettered(&text, [pattern.page[0] - left - wide, low], 2.5, Layer::Page);
     }
 
-    fn lettered(&mut self, text: &str, at: [f64; 2], height: f64, layer: Layer) {
+    pub(crate) fn lettered(&mut self, text: &str, at: [f64; 2], height: f64, layer: Layer) {
         let before = self.lines.len();
         self.text(text, at, [1.0, 0.0], height);
         self.lines[before..].iter_mut().for_each(|line| line.layer = layer);
@@ -250,7 +271,7 @@ impl Drawing {
 }
 
 /// True where a point is inside a polygon.
-fn holds(polygon: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+pub(crate) fn holds(polygon: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
     let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
     let crossings = sides.filter(|(a, b)| {
         (a[1] > y) != (b[1] > y) && x < a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1])

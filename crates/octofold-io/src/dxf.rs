@@ -33,7 +33,7 @@ pub(crate) fn page(drawing: &Drawing) -> String {
         groups(&mut text, &format!("0 SEQEND 8 {name}"));
     }
     groups(&mut text, "0 ENDSEC 0 EOF");
-    text
+    crate::seal::sealed("999\n", "", &text)
 }
 
 /// Writes pairs of a code and a value, each on a line of its own.

@@ -3,7 +3,7 @@
 //! Lengths are written in millimetres under one scale, in single precision: about 1e-5 mm. Viewers are
 //! asked to print without scaling; the ruler on each page tells whether they did.
 
-use crate::drawing::{Drawing, Layer, Stroke};
+use crate::drawing::{Drawing, HALO, Layer, Stroke};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use octofold::unfold::Pattern;
@@ -22,8 +22,9 @@ pub(crate) fn document(
 ) -> std::io::Result<Vec<u8>> {
     let mut pdf = Pdf::new();
     let (catalog, tree, info) = (Ref::new(1), Ref::new(2), Ref::new(3));
-    let page_ref = |page: usize| Ref::new(4 + 2 * page as i32);
-    let content_ref = |page: usize| Ref::new(5 + 2 * page as i32);
+    let page_ref = |page: usize| Ref::new(4 + 3 * page as i32);
+    let content_ref = |page: usize| Ref::new(5 + 3 * page as i32);
+    let print_ref = |page: usize| Ref::new(6 + 3 * page as i32);
     let mut root = pdf.catalog(catalog);
     root.pages(tree);
     root.viewer_preferences().pair(Name(b"PrintScaling"), Name(b"None"));
@@ -34,20 +35,50 @@ pub(crate) fn document(
     for (number, drawing) in drawings.iter().enumerate() {
         let mut page = pdf.page(page_ref(number));
         page.parent(tree).media_box(Rect::new(0.0, 0.0, width, height));
-        page.contents(content_ref(number)).resources();
+        page.contents(content_ref(number));
+        if drawing.print.is_some() {
+            page.resources().x_objects().pair(PRINT, print_ref(number));
+        } else {
+            page.resources();
+        }
         page.finish();
-        let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
-        packed.write_all(&content(drawing))?;
-        pdf.stream(content_ref(number), &packed.finish()?).filter(Filter::FlateDecode);
+        let content = packed(&content(drawing, pattern.page))?;
+        pdf.stream(content_ref(number), &content).filter(Filter::FlateDecode);
+        if let Some(print) = &drawing.print {
+            let bytes = packed(&print.rgb)?;
+            let mut image = pdf.image_xobject(print_ref(number), &bytes);
+            image.filter(Filter::FlateDecode);
+            image.width(print.width as i32).height(print.height as i32).bits_per_component(8);
+            image.color_space().device_rgb();
+        }
     }
     Ok(pdf.finish())
 }
 
-fn content(drawing: &Drawing) -> Vec<u8> {
+/// The name of a page's print.
+const PRINT: Name<'static> = Name(b"Print");
+
+fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
+    packed.write_all(bytes)?;
+    packed.finish()
+}
+
+fn content(drawing: &Drawing, page: [f64; 2]) -> Vec<u8> {
     let mut content = Content::new();
     let scale = POINTS as f32;
     content.transform([scale, 0.0, 0.0, scale, 0.0, 0.0]);
     content.set_line_cap(LineCapStyle::RoundCap).set_line_join(LineJoinStyle::RoundJoin);
+    if drawing.print.is_some() {
+        let [width, height] = page.map(|x| x as f32);
+        content.save_state().transform([width, 0.0, 0.0, height, 0.0, 0.0]);
+        content.x_object(PRINT).restore_state();
+        content.set_stroke_rgb(1.0, 1.0, 1.0).set_line_width(HALO as f32);
+        for line in drawing.lines.iter().filter(|line| line.layer == Layer::Label) {
+            trace(&mut content, &line.points);
+            content.stroke();
+        }
+    }
     let unit = |c: u8| f32::from(c) / 255.0;
     for fill in &drawing.fills {
         let [r, g, b] = fill.colour.map(unit);

@@ -1,7 +1,10 @@
 //! The front door for papercraft sheets: patterns to PDF, SVG, DXF and FOLD.
 
 use crate::columns::sink_error;
+use crate::cover::Cover;
 use crate::drawing::{Drawing, pages};
+use crate::prints::ModelColours;
+use crate::seal::{self, Origin};
 use crate::{Sink, WriteError, dxf, fold, pdf, save, svg};
 use octofold::unfold::Pattern;
 use octofold::{Run, ShapeError, SoupBuilder};
@@ -40,17 +43,35 @@ impl SheetFormat {
     }
 }
 
+/// What sheets show beside lines.
+#[derive(Default)]
+pub struct Dress<'a> {
+    /// What is printed on faces, in PDF and SVG.
+    pub colours: Option<ModelColours<'a>>,
+    /// The first page of a PDF.
+    pub cover: Option<Cover>,
+}
+
 /// Writes a pattern: all files, or none of them.
 ///
 /// PDF and FOLD hold all pages. SVG and DXF take a file for each, numbered where there are several;
-/// beside an SVG stands the unfolded mesh as OBJ.
+/// beside an SVG stands the unfolded mesh as OBJ, which never replaces a file of another origin. Pages
+/// that an earlier run has left over are taken away, but for those that were changed since.
 pub fn write_sheets(
     pattern: &Pattern,
+    dress: &Dress<'_>,
     path: &Path,
     format: SheetFormat,
     run: &Run,
 ) -> Result<(), WriteError> {
-    let drawings = pages(pattern);
+    let printed = matches!(format, SheetFormat::Pdf | SheetFormat::Svg);
+    let colours = dress.colours.as_ref().filter(|_| printed);
+    let mut drawings = pages(pattern, colours, run)?;
+    let cover = dress.cover.as_ref().filter(|_| format == SheetFormat::Pdf);
+    drawings.splice(..0, cover.map(|cover| cover.drawing(pattern)));
+    if format == SheetFormat::Svg {
+        keep_foreign(&path.with_extension("obj"))?;
+    }
     let title = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match format {
         SheetFormat::Pdf => save(path, |sink| {
@@ -73,7 +94,28 @@ pub fn write_sheets(
     .map_err(|error| match error {
         WriteError::Io { source, .. } => WriteError::Io { path: path.into(), source },
         other => other,
-    })
+    })?;
+    if matches!(format, SheetFormat::Svg | SheetFormat::Dxf) {
+        let count = drawings.len();
+        let written: Vec<PathBuf> = (0..count).map(|page| numbered(path, page, count)).collect();
+        seal::clear(path, &written, run);
+    }
+    Ok(())
+}
+
+/// Refuses to replace a file that we did not write.
+fn keep_foreign(path: &Path) -> Result<(), WriteError> {
+    match std::fs::read(path) {
+        Ok(bytes) if seal::origin(&bytes) != Origin::Ours => Err(WriteError::Unfit {
+            format: "svg",
+            fact: format!(
+                "the unfolded model would be written over {}, which is no work of an earlier run: \
+                 choose another name",
+                path.display()
+            ),
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// The name of a page's file.
@@ -120,7 +162,7 @@ fn mesh_text(pattern: &Pattern, run: &Run) -> Result<Vec<u8>, WriteError> {
     let soup = builder.build().map_err(unfit)?;
     let mut bytes = Vec::new();
     crate::obj::write(&soup, &mut Sink::new(&mut bytes, "net"), run)?;
-    Ok(bytes)
+    Ok(seal::sealed("# ", "", &String::from_utf8_lossy(&bytes)).into_bytes())
 }
 
 #[cfg(test)]
@@ -143,7 +185,7 @@ mod tests {
         for format in SheetFormat::ALL {
             let path = folder.path().join(format!("cube.{}", format.name()));
             let write = || {
-                write_sheets(&pattern, &path, format, &Run::default()).unwrap();
+                write_sheets(&pattern, &Dress::default(), &path, format, &Run::default()).unwrap();
                 let mut files: Vec<_> = std::fs::read_dir(folder.path())
                     .unwrap()
                     .map(|entry| entry.unwrap().path())
@@ -161,10 +203,57 @@ mod tests {
 
     #[test]
     fn the_ruler_is_as_long_as_it_says() {
-        let drawing = &pages(&pattern())[0];
+        let drawing = &pages(&pattern(), None, &Run::default()).unwrap()[0];
         let length = |line: &crate::drawing::Line| line.points[1][0] - line.points[0][0];
         let own = drawing.lines.iter().filter(|l| l.layer == crate::drawing::Layer::Page);
         assert_eq!(own.map(length).fold(0.0, f64::max), 100.0);
+    }
+
+    #[test]
+    fn printed_pages_are_whole() {
+        let house = Sample::House.polygons(1).unwrap().triangulate();
+        let pattern = unfold(&house, &UnfoldOptions::default(), &Run::default()).unwrap().pattern;
+        let dress = Dress { colours: ModelColours::new(&house), cover: None };
+        assert!(dress.colours.is_some());
+        for (page, drawing) in
+            pages(&pattern, dress.colours.as_ref(), &Run::default()).unwrap().iter().enumerate()
+        {
+            let print = drawing.print.as_ref().unwrap();
+            assert!(print.rgb.chunks_exact(3).any(|dot| dot[0] != 255));
+            let text = svg::page(&pattern, drawing, page as u32);
+            assert_eq!(text.matches("<g ").count(), text.matches("</g>").count());
+        }
+    }
+
+    #[test]
+    fn old_pages_go_and_other_files_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        let write = |pattern: &Pattern| {
+            write_sheets(
+                pattern,
+                &Dress::default(),
+                &file("cube.svg"),
+                SheetFormat::Svg,
+                &Run::default(),
+            )
+        };
+        let many = pattern();
+        write(&many).unwrap();
+        std::fs::write(file("cube-99.svg"), "<svg/>").unwrap();
+        let changed = std::fs::read_to_string(file("cube-2.svg")).unwrap() + " ";
+        std::fs::write(file("cube-2.svg"), changed).unwrap();
+        let mesh = Sample::Cube.polygons(1).unwrap().triangulate();
+        let options = UnfoldOptions { scale: Scale::Size(30.0), ..UnfoldOptions::default() };
+        let one = unfold(&mesh, &options, &Run::default()).unwrap().pattern;
+        assert_eq!(one.pages, 1);
+        write(&one).unwrap();
+        assert!(file("cube.svg").exists() && !file("cube-1.svg").exists());
+        assert!(file("cube-2.svg").exists() && file("cube-99.svg").exists());
+        write(&many).unwrap();
+        assert!(!file("cube.svg").exists() && file("cube-1.svg").exists());
+        std::fs::write(file("cube.obj"), "v 0 0 0\n").unwrap();
+        assert!(write(&many).is_err());
     }
 
     #[test]

@@ -4,7 +4,9 @@
 //! in numbers of eight decimals, so that anyone can check it: faces with their edges and folds, tabs
 //! and strips. The mesh that it folds into is written beside it as OBJ.
 
-use crate::drawing::{Drawing, Layer, Stroke};
+use crate::drawing::{Drawing, HALO, Layer, Stroke};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use octofold::unfold::pattern::{Fold, Pattern, STEPS, Spot, Tile, steps};
 use std::fmt::Write;
 
@@ -31,6 +33,30 @@ pub(crate) fn page(pattern: &Pattern, drawing: &Drawing, page: u32) -> String {
         }
         line(&mut text, format_args!("</g>"));
     }
+    if let Some(print) = &drawing.print {
+        // A picture that cannot be encoded is none: its size is that of the page.
+        let png = crate::png::encode_rgb(print.width as u32, print.height as u32, &print.rgb);
+        let png = STANDARD.encode(png.unwrap_or_default());
+        open(&mut text, "image", "");
+        line(
+            &mut text,
+            format_args!(
+                "<image x=\"0\" y=\"0\" width=\"{width}\" height=\"{height}\" \
+                 preserveAspectRatio=\"none\" href=\"data:image/png;base64,{png}\"/>"
+            ),
+        );
+        line(&mut text, format_args!("</g>"));
+        let halo = format!(
+            " fill=\"none\" stroke=\"#ffffff\" stroke-width=\"{HALO}\" stroke-linejoin=\"round\" \
+             stroke-linecap=\"round\""
+        );
+        open(&mut text, "halo", &halo);
+        for own in drawing.lines.iter().filter(|line| line.layer == Layer::Label) {
+            let points = short(&own.points.iter().map(|&p| flip(p)).collect::<Vec<_>>());
+            line(&mut text, format_args!("<path d=\"M{points}\"/>"));
+        }
+        line(&mut text, format_args!("</g>"));
+    }
     for layer in Layer::ALL {
         let Stroke { colour: [r, g, b], width, dashes } = layer.stroke();
         let dashes = dashes.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
@@ -52,7 +78,7 @@ pub(crate) fn page(pattern: &Pattern, drawing: &Drawing, page: u32) -> String {
     }
     net(&mut text, pattern, page);
     text.push_str("</svg>\n");
-    text
+    crate::seal::sealed("<!-- ", " -->", &text)
 }
 
 /// The hidden group with the net in numbers.

@@ -119,6 +119,27 @@ impl Attributes {
     /// The entry of `face_materials` for a face without material.
     pub const NO_MATERIAL: u32 = u32::MAX;
 
+    /// The columns of some points and triangles of a mesh, in the order that these are named in.
+    pub(crate) fn of(&self, points: &[u32], triangles: &[u32]) -> Self {
+        fn picked<T: Copy>(column: &Option<Vec<T>>, entries: &[u32]) -> Option<Vec<T>> {
+            column.as_ref().map(|c| entries.iter().map(|&i| c[i as usize]).collect())
+        }
+        let corners: Vec<u32> = triangles.iter().flat_map(|&t| 3 * t..3 * t + 3).collect();
+        let order: Vec<usize> = points.iter().map(|&p| p as usize).collect();
+        Self {
+            point_colours: picked(&self.point_colours, points),
+            point_normals: picked(&self.point_normals, points),
+            corner_uvs: picked(&self.corner_uvs, &corners),
+            corner_normals: picked(&self.corner_normals, &corners),
+            face_colours: picked(&self.face_colours, triangles),
+            face_materials: picked(&self.face_materials, triangles),
+            face_labels: picked(&self.face_labels, triangles),
+            materials: self.materials.clone(),
+            point_columns: self.point_columns.iter().map(|c| c.pick(&order)).collect(),
+            label_names: self.label_names.clone(),
+        }
+    }
+
     /// The first column whose length does not fit, by name.
     pub(crate) fn misfit(
         &self,

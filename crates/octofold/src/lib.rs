@@ -6,6 +6,7 @@
 
 pub mod attributes;
 pub mod bits;
+pub mod craft;
 pub mod exact;
 pub mod histogram;
 pub mod lattice;

@@ -7,10 +7,11 @@ use crate::histogram::Histogram;
 use crate::network::motion::{self, Motion, MotionError};
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
-use crate::simplify::{self, SimplifyAccount, SimplifyOptions};
+use crate::simplify::{self, PruneAccount, PruneOptions, SimplifyAccount, SimplifyOptions};
 use crate::soup::Soup;
 use crate::spans::Spans;
 use crate::surface::{self, SurfaceAccount, SurfaceOptions, threshold};
+use crate::unfold::{self, FlattenAccount, FlattenOptions};
 use crate::volume::{Volume, VolumeError};
 use crate::voxelize::{self, VoxelizeError, VoxelizeOptions};
 use std::sync::Arc;
@@ -80,8 +81,12 @@ pub enum Step {
     Repair(RepairOptions),
     /// Any polygons to single sheets where they are thin, closed parts where they are not.
     Sheets(SheetOptions),
+    /// Leaves out small parts.
+    Prune(PruneOptions),
     /// Fewer faces, with guarantees.
     Simplify(SimplifyOptions),
+    /// Nearly flat parts become flat.
+    Flatten(FlattenOptions),
     /// Volume to the runs of what is inside.
     Solid(SolidOptions),
     /// Moves a solid, exactly resampled.
@@ -99,8 +104,18 @@ pub struct SolidOptions {
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 8] =
-        ["triangulate", "voxelize", "surface", "repair", "sheets", "simplify", "solid", "move"];
+    pub const ALL: [&'static str; 10] = [
+        "triangulate",
+        "voxelize",
+        "surface",
+        "repair",
+        "sheets",
+        "prune",
+        "simplify",
+        "flatten",
+        "solid",
+        "move",
+    ];
 
     /// Name, as in a steps file.
     pub fn name(&self) -> &'static str {
@@ -110,9 +125,11 @@ impl Step {
             Self::Surface(_) => Self::ALL[2],
             Self::Repair(_) => Self::ALL[3],
             Self::Sheets(_) => Self::ALL[4],
-            Self::Simplify(_) => Self::ALL[5],
-            Self::Solid(_) => Self::ALL[6],
-            Self::Move(_) => Self::ALL[7],
+            Self::Prune(_) => Self::ALL[5],
+            Self::Simplify(_) => Self::ALL[6],
+            Self::Flatten(_) => Self::ALL[7],
+            Self::Solid(_) => Self::ALL[8],
+            Self::Move(_) => Self::ALL[9],
         }
     }
 
@@ -123,7 +140,9 @@ impl Step {
             | Self::Voxelize(_)
             | Self::Repair(_)
             | Self::Sheets(_)
-            | Self::Simplify(_) => Kind::Mesh,
+            | Self::Prune(_)
+            | Self::Simplify(_)
+            | Self::Flatten(_) => Kind::Mesh,
             Self::Surface(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
         }
     }
@@ -135,7 +154,9 @@ impl Step {
             | Self::Surface(_)
             | Self::Repair(_)
             | Self::Sheets(_)
-            | Self::Simplify(_) => Kind::Mesh,
+            | Self::Prune(_)
+            | Self::Simplify(_)
+            | Self::Flatten(_) => Kind::Mesh,
             Self::Voxelize(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
         }
     }
@@ -216,8 +237,12 @@ pub struct Made {
     pub surface: Option<SurfaceAccount>,
     /// What the last repair tells of its own work.
     pub repair: Option<RepairAccount>,
+    /// What the last pruning tells of its own work.
+    pub prune: Option<PruneAccount>,
     /// What the last simplification tells of its own work.
     pub simplify: Option<SimplifyAccount>,
+    /// What the last flattening tells of its own work.
+    pub flatten: Option<FlattenAccount>,
 }
 
 /// Runs `steps` one after the other. Whether they fit together is checked before any work.
@@ -226,7 +251,9 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
     let mut shape = shape;
     let mut account = None;
     let mut repaired = None;
+    let mut pruned = None;
     let mut simplified = None;
+    let mut flattened = None;
     for step in steps {
         run.check()?;
         shape = match (step, shape) {
@@ -288,10 +315,29 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
                 simplified = Some(told);
                 Shape::Soup(mesh.into())
             }
+            (Step::Prune(options), Shape::Soup(soup)) => {
+                let simplify::Pruned { mesh, account: told } =
+                    simplify::prune(&soup.triangulate(), options, run)?;
+                pruned = Some(told);
+                Shape::Soup(mesh.into())
+            }
+            (Step::Flatten(options), Shape::Soup(soup)) => {
+                let unfold::Flattened { mesh, account: told } =
+                    unfold::flatten(&soup.triangulate(), options, run)?;
+                flattened = Some(told);
+                Shape::Soup(mesh.into())
+            }
             (_, unfit) => unfit,
         };
     }
-    Ok(Made { shape, surface: account, repair: repaired, simplify: simplified })
+    Ok(Made {
+        shape,
+        surface: account,
+        repair: repaired,
+        prune: pruned,
+        simplify: simplified,
+        flatten: flattened,
+    })
 }
 
 /// What of a volume is inside.
@@ -407,7 +453,9 @@ mod tests {
             Step::Surface(SurfaceOptions::default()),
             Step::Repair(RepairOptions::default()),
             Step::Sheets(SheetOptions::default()),
+            Step::Prune(PruneOptions::default()),
             Step::Simplify(SimplifyOptions::default()),
+            Step::Flatten(FlattenOptions::default()),
             Step::Solid(SolidOptions { iso: Some(2.5) }),
             Step::Move(Motion {
                 linear: [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 2.0]],

@@ -2,6 +2,7 @@
 //!
 //! The library keeps no clock, so whoever runs the command fills in the times.
 
+use crate::craft::{CraftAccount, CraftOptions};
 use crate::histogram::Histogram;
 use crate::lod::{self, Lod};
 use crate::measure::{self, Comparison, HausdorffBounds, Measures, Weld};
@@ -47,10 +48,22 @@ pub struct Report {
     pub repair: Option<RepairReport>,
     /// What a simplification tells of its own work.
     pub simplify: Option<SimplifyReport>,
+    /// How a model was made ready for unfolding.
+    pub craft: Option<CraftReport>,
     /// What unfolding tells of its own work.
     pub unfold: Option<UnfoldReport>,
     /// Odd things that did not stop the work.
     pub findings: Vec<Finding>,
+}
+
+/// How a model was made ready for unfolding.
+#[derive(Debug, Clone, Serialize)]
+pub struct CraftReport {
+    /// What was asked for.
+    pub options: CraftOptions,
+    /// What was done.
+    #[serde(flatten)]
+    pub account: CraftAccount,
 }
 
 /// How a mesh was unfolded, and what came of it.

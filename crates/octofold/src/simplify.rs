@@ -20,6 +20,7 @@ mod clearance;
 mod columns;
 mod complex;
 mod planes;
+mod prune;
 mod queue;
 mod reduce;
 mod star;
@@ -27,6 +28,8 @@ mod star;
 mod tests;
 mod tether;
 mod view;
+
+pub use prune::{PruneAccount, PruneOptions, Pruned, prune};
 
 use crate::measure::weld;
 use crate::mesh::Mesh;

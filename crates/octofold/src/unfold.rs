@@ -14,6 +14,8 @@
 
 mod edges;
 mod facets;
+mod flatten;
+mod folded;
 mod grid;
 mod hanging;
 mod hinges;
@@ -36,6 +38,8 @@ mod tabu;
 mod tour;
 mod trees;
 
+pub use flatten::{FlattenAccount, FlattenOptions, Flattened, flatten};
+pub use folded::Folded;
 pub use pattern::Pattern;
 
 use crate::attributes::Attributes;
@@ -47,7 +51,7 @@ use glam::DVec2;
 use hinges::Hinges;
 use packing::Item;
 use patch::Patch;
-use plane::{Bounds, Motion, hull};
+use plane::{Bounds, Motion, doubled_area, hull};
 use regions::Flatness;
 use room::Room;
 use tabs::{Placed, TabSize};
@@ -218,7 +222,7 @@ pub struct Unfolded {
 pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolded, UnfoldError> {
     options.check()?;
     run.stage("faces");
-    let (facets, scale, triangles) = facets(mesh, options, run)?;
+    let (facets, [scale, x, y, z], triangles) = facets(mesh, options, run)?;
     if facets.facets.len() > MOST_FACES {
         return Err(UnfoldError::TooMany(facets.facets.len()));
     }
@@ -258,6 +262,7 @@ pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolde
         }
     }
     close(&facets, &hinges, &placed, &mut kept);
+    put_in_order(&facets, &hinges, &mut placed);
     run.stage("tabs");
     let held = seams::held(&facets, &hinges, &kept);
     let joints = seams::joints(&facets, &held);
@@ -283,6 +288,7 @@ pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolde
     };
     let mut pattern = layout.pattern();
     pattern.mesh.colours = colours(&mesh.attributes, &facets);
+    (pattern.mesh.scale, pattern.mesh.middle) = (scale, [x, y, z]);
     run.stage("prove");
     if let Some(overlap) = proof::first_overlap(&pattern) {
         let [x, y] = overlap.at.map(pattern::millimetres);
@@ -347,12 +353,13 @@ impl UnfoldOptions {
     }
 }
 
-/// The faces of the model at its size on paper, and how that was scaled.
+/// The faces of the model at its size on paper, how that was scaled and about which point, and how
+/// many triangles there are.
 fn facets(
     mesh: &Mesh,
     options: &UnfoldOptions,
     run: &Run,
-) -> Result<(Facets, f64, usize), UnfoldError> {
+) -> Result<(Facets, [f64; 4], usize), UnfoldError> {
     let mut welded = weld(mesh, run)?;
     let attributes = std::mem::take(&mut welded.attributes);
     let [low, high] = bounds(&welded.points).ok_or(UnfoldError::Empty)?;
@@ -365,8 +372,9 @@ fn facets(
     if !factor.is_finite() {
         return Err(UnfoldError::Flat);
     }
+    let middle = [0, 1, 2].map(|a| (low[a] + high[a]) / 2.0);
     for p in &mut welded.points {
-        *p = std::array::from_fn(|a| (p[a] - (low[a] + high[a]) / 2.0) * factor);
+        *p = std::array::from_fn(|a| (p[a] - middle[a]) * factor);
     }
     let sources = distinct(&welded.triangles, run);
     if sources.is_empty() {
@@ -385,7 +393,8 @@ fn facets(
     if facets.facets.is_empty() {
         return Err(UnfoldError::Empty);
     }
-    Ok((facets, factor, triangles.len()))
+    let [x, y, z] = middle;
+    Ok((facets, [factor, x, y, z], triangles.len()))
 }
 
 /// Triangles on three points each, the first on each three.
@@ -478,6 +487,42 @@ fn close(facets: &Facets, hinges: &Hinges, placed: &Placed, kept: &mut [bool]) {
         let apart = |p: &DVec2| beside.at(*p).distance(placed.place[g].at(*p));
         *kept = other.flat.iter().all(|p| apart(p) <= pattern::STEP);
     }
+}
+
+/// Orders pieces as they are put together: the largest first, then always the one with the longest
+/// seams to those before it.
+fn put_in_order(facets: &Facets, hinges: &Hinges, placed: &mut Placed) {
+    let count = placed.pieces.len();
+    let area = |piece: &Vec<u32>| -> f64 {
+        let parts = piece.iter().map(|&f| &facets.facets[f as usize]);
+        parts.flat_map(|f| f.parts.iter().map(|part| doubled_area(&gathered(part, &f.flat)))).sum()
+    };
+    let areas: Vec<f64> = placed.pieces.iter().map(area).collect();
+    let mut seams: Vec<Vec<(u32, f64)>> = vec![Vec::new(); count];
+    for hinge in &hinges.hinges {
+        let [p, q] = hinge.facets.map(|f| placed.piece[f as usize]);
+        if p != q {
+            seams[p as usize].push((q, hinge.length));
+            seams[q as usize].push((p, hinge.length));
+        }
+    }
+    let (mut order, mut common) = (Vec::with_capacity(count), vec![0.0f64; count]);
+    let mut waits = vec![true; count];
+    while order.len() < count {
+        let open = (0..count).filter(|&p| waits[p]);
+        let best = open.max_by(|&p, &q| {
+            let common = common[p].total_cmp(&common[q]);
+            common.then(areas[p].total_cmp(&areas[q])).then(q.cmp(&p))
+        });
+        let Some(best) = best else { break };
+        waits[best] = false;
+        order.push(best);
+        seams[best].iter().for_each(|&(p, length)| common[p as usize] += length);
+    }
+    let mut numbers = vec![0; count];
+    order.iter().zip(0..).for_each(|(&p, number)| numbers[p] = number);
+    placed.piece.iter_mut().for_each(|p| *p = numbers[*p as usize]);
+    placed.pieces = order.iter().map(|&p| std::mem::take(&mut placed.pieces[p])).collect();
 }
 
 /// What goes on pages: pieces with their tabs, then strips.

@@ -1,6 +1,7 @@
 //! `octofold paper`: the experiments of the papers, repeated beside their published figures.
 
 mod chart;
+mod dohi;
 mod nishio;
 mod table;
 
@@ -19,6 +20,8 @@ pub struct Args {
 enum Paper {
     /// Octree to boundary representation: Nishio, Kobori and Kutsuwa 1997, experiments 1 to 3
     Nishio(nishio::Args),
+    /// Broken models to single sheets to paper: Dohi, Mitani, Nishihara and Fukui
+    Dohi(dohi::Args),
 }
 
 impl Args {
@@ -26,6 +29,7 @@ impl Args {
     pub fn run(self, job: &Job) -> Result<Outcome> {
         match self.paper {
             Paper::Nishio(args) => args.run(job),
+            Paper::Dohi(args) => args.run(job),
         }
     }
 }

@@ -2,12 +2,11 @@
 
 use crate::files::InputArgs;
 use crate::job::{Account, Job, Outcome};
-use anyhow::{Context, Result, ensure};
+use crate::sheets::{SheetArgs, SheetOutputArgs, parse_length};
+use anyhow::Result;
 use octofold::pipeline::Shape;
 use octofold::report::UnfoldReport;
-use octofold::unfold::{self, MOST_EFFORT, Scale, UnfoldOptions, Unfolded, Up};
-use octofold_io::{SheetFormat, write_sheets};
-use std::path::{Path, PathBuf};
+use octofold::unfold::{self, UnfoldOptions, Unfolded};
 
 /// As typed.
 #[derive(Debug, clap::Args)]
@@ -15,58 +14,13 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     #[command(flatten)]
     input: InputArgs,
-    /// File to write, its format by its ending: pdf, svg, dxf or fold
-    #[arg(value_name = "OUT")]
-    output: PathBuf,
+    #[command(flatten)]
+    output: SheetOutputArgs,
     #[command(flatten)]
     sheets: SheetArgs,
-}
-
-/// How sheets are laid out, as typed.
-#[derive(Debug, clap::Args)]
-pub struct SheetArgs {
-    /// Longest side of the model's box [default: 150mm]
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length, group = "scaling")]
-    size: Option<f64>,
-    /// Height of the model
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length, group = "scaling")]
-    height: Option<f64>,
-    /// Millimetres on paper for each unit of the model
-    #[arg(long, value_name = "S", group = "scaling")]
-    scale: Option<f64>,
-    /// Axis along which the model stands: y in glTF and OBJ, z in other formats
-    #[arg(long, value_enum, value_name = "AXIS")]
-    up: Option<UpArg>,
-    /// Page: a3, a4, a5, letter, legal, tabloid, with -landscape if wide, or WIDTHxHEIGHT
-    #[arg(long, value_name = "PAGE", default_value = "a4", value_parser = parse_page)]
-    page: Page,
-    /// Left free at each side of a page
-    #[arg(long, value_name = "LENGTH", default_value = "10mm", value_parser = parse_length)]
-    margin: f64,
-    /// Height of the tabs
-    #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length)]
-    tab: f64,
     /// How far points may move so that triangles become one flat face
     #[arg(long, value_name = "LENGTH", default_value = "0.01mm", value_parser = parse_length)]
     flatness: f64,
-    /// How long to look for fewer pieces; each step doubles the number of tries
-    #[arg(long, value_name = "N", default_value_t = 3,
-        value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_EFFORT)))]
-    effort: u32,
-    /// Where the random numbers begin: the same seed gives the same sheets
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-}
-
-/// Width and height; a type of its own because clap takes an array for a list.
-#[derive(Debug, Clone, Copy)]
-struct Page([f64; 2]);
-
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum UpArg {
-    X,
-    Y,
-    Z,
 }
 
 const AFTER_HELP: &str = "\
@@ -80,134 +34,25 @@ Examples:
   octofold unfold spot.obj spot.svg
   octofold unfold house.glb house.svg --height 180mm --page a3";
 
-impl SheetArgs {
-    /// The options, or why they make no sense.
-    pub fn check(&self, stands_along_y: bool) -> UnfoldOptions {
-        let scale = match (self.scale, self.height, self.size) {
-            (Some(factor), _, _) => Scale::Factor(factor),
-            (_, Some(height), _) => Scale::Height(height),
-            (_, _, size) => Scale::Size(size.unwrap_or(150.0)),
-        };
-        let up = match self.up {
-            Some(UpArg::X) => Up::X,
-            Some(UpArg::Y) => Up::Y,
-            Some(UpArg::Z) => Up::Z,
-            None if stands_along_y => Up::Y,
-            None => Up::Z,
-        };
-        UnfoldOptions {
-            scale,
-            up,
-            page: self.page.0,
-            margin: self.margin,
-            tab: self.tab,
-            flatness: self.flatness,
-            effort: self.effort,
-            seed: self.seed,
-        }
-    }
-}
-
 impl Args {
     /// Validates and unfolds.
     pub fn run(self, job: &Job) -> Result<Outcome> {
-        let name = self.output.display().to_string();
-        let format = SheetFormat::of_name(&name).with_context(|| {
-            let known = SheetFormat::ALL.map(SheetFormat::name).join(", ");
-            format!("{name}: the name does not tell a format of sheets: {known}")
-        })?;
         let input = self.input.check()?;
-        if format == SheetFormat::Svg {
-            let beside = self.output.with_extension("obj");
-            let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
-                (Ok(a), Ok(b)) => a == b,
-                _ => false,
-            };
-            ensure!(
-                !same(input.path(), &beside),
-                "{name}: the unfolded model would be written over the input {}: choose another name",
-                beside.display()
-            );
-        }
+        let output = self.output.check(&input)?;
         let opened = input.open()?;
-        let options = self.sheets.check(opened.stands_along_y());
-        let shape = Shape::Soup(opened.read_mesh(&job.run)?);
-        let input = job.measures(&shape)?;
-        let Shape::Soup(soup) = shape else { return Ok(Outcome::Holds) };
-        let Unfolded { pattern, account } =
-            unfold::unfold(&soup.triangulate(), &options, &job.run)?;
-        job.run.stage("write");
-        write_sheets(&pattern, &self.output, format, &job.run)?;
-        let count = |n: usize, one: &str| format!("{n} {one}{}", if n == 1 { "" } else { "s" });
-        let line = format!(
-            "{name}: {}, {}, {}, {} ({} with loose strips), {:.2} s",
-            count(account.faces, "face"),
-            count(account.pieces, "piece"),
-            count(account.pages as usize, "page"),
-            count(account.seams, "seam"),
-            account.strips,
-            job.terminal.seconds()
-        );
+        let options = UnfoldOptions {
+            flatness: self.flatness,
+            ..self.sheets.options(opened.stands_along_y(), UnfoldOptions::default().effort)
+        };
+        let soup = opened.read_mesh(&job.run)?;
+        let input = job.measures(&Shape::Soup(soup.clone()))?;
+        let model = soup.triangulate();
+        let Unfolded { pattern, account } = unfold::unfold(&model, &options, &job.run)?;
+        output.write(&pattern, &model, options.up, &job.run)?;
+        let line = output.line(&account, job.terminal.seconds());
         let unfold = Some(UnfoldReport { options, account });
         job.finish(Account { input, unfold, ..Account::default() })?;
         job.terminal.say(&line);
         Ok(Outcome::Holds)
-    }
-}
-
-/// A length in millimetres, with or without a unit.
-pub fn parse_length(text: &str) -> Result<f64, String> {
-    let units = [("mm", 1.0), ("cm", 10.0), ("in", 25.4), ("m", 1000.0)];
-    let (number, unit) = units
-        .iter()
-        .find_map(|&(unit, size)| Some((text.strip_suffix(unit)?, size)))
-        .unwrap_or((text, 1.0));
-    match number.trim().parse::<f64>() {
-        Ok(x) if x.is_finite() && x >= 0.0 => Ok(x * unit),
-        _ => Err("a length is asked for, such as 180mm, 18cm or 7in".into()),
-    }
-}
-
-fn parse_page(text: &str) -> Result<Page, String> {
-    let lower = text.to_ascii_lowercase();
-    let (name, wide) = match lower.strip_suffix("-landscape") {
-        Some(name) => (name, true),
-        None => (lower.as_str(), false),
-    };
-    let [width, height] = match name {
-        "a3" => [297.0, 420.0],
-        "a4" => unfold::A4,
-        "a5" => [148.0, 210.0],
-        "letter" => [215.9, 279.4],
-        "legal" => [215.9, 355.6],
-        "tabloid" => [279.4, 431.8],
-        size => {
-            let sides = size.split_once('x').ok_or("a page is asked for, such as a4 or 297x420")?;
-            [parse_length(sides.0)?, parse_length(sides.1)?]
-        }
-    };
-    Ok(Page(if wide { [height, width] } else { [width, height] }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lengths_have_units() {
-        let lengths = ["180", "180mm", "18 cm", "1m"].map(|t| parse_length(t).unwrap());
-        assert_eq!(lengths, [180.0, 180.0, 180.0, 1000.0]);
-        assert_eq!(parse_length("2in").unwrap(), 50.8);
-        for bad in ["", "mm", "-1", "inf", "1ft", "NaN"] {
-            assert!(parse_length(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn pages_have_names_or_sizes() {
-        assert_eq!(parse_page("A4").unwrap().0, [210.0, 297.0]);
-        assert_eq!(parse_page("letter-landscape").unwrap().0, [279.4, 215.9]);
-        assert_eq!(parse_page("30cmx12in").unwrap().0, [300.0, 12.0 * 25.4]);
-        assert!(parse_page("b5").is_err() && parse_page("10x").is_err());
     }
 }

@@ -42,6 +42,17 @@ pub struct PatternMesh {
     pub triangles: Vec<Vec<u32>>,
     /// Colour of each face, where the model has any.
     pub colours: Option<Vec<[u8; 3]>>,
+    /// Millimetres for each unit of the model.
+    pub scale: f64,
+    /// What lies at the origin, in the model's coordinates.
+    pub middle: [f64; 3],
+}
+
+impl PatternMesh {
+    /// A place in the model's coordinates.
+    pub fn in_model(&self, place: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| place[axis] / self.scale + self.middle[axis])
+    }
 }
 
 /// A piece of paper.

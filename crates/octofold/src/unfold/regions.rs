@@ -2,9 +2,9 @@
 //!
 //! A region grows from its largest triangle over neighbours within an angle and a distance of that
 //! triangle's plane. Then each point moves by the least distance onto the planes of all regions
-//! round it. Where that is further than allowed, or there is no such place, a region falls apart
-//! into triangles again, which are planes of their own. Triangles without height go with the
-//! neighbour across their longest side.
+//! round it. Where that is further than allowed, or there is no such place, the smallest region there
+//! gives up its triangles at the point, which are planes of their own. Triangles without height go with
+//! the neighbour across their longest side.
 
 use super::edges::{Edges, Side};
 use glam::DVec3;
@@ -52,7 +52,7 @@ impl Regions {
     ) -> Self {
         let neighbours = neighbours(triangles.len(), edges);
         let mut regions = Self::grow(points, triangles, &neighbours, paint, flat);
-        regions.settle(points, triangles, flat);
+        regions.settle(points, triangles, &neighbours, flat);
         regions
     }
 
@@ -125,29 +125,23 @@ impl Regions {
         Self { regions, of, moved: 0.0 }
     }
 
-    /// Moves points onto planes; regions for which that fails fall apart.
-    fn settle(&mut self, points: &mut [[f64; 3]], triangles: &[[u32; 3]], flat: Flatness) {
+    /// Moves points onto planes; regions for which that fails give up triangles.
+    fn settle(
+        &mut self,
+        points: &mut [[f64; 3]],
+        triangles: &[[u32; 3]],
+        neighbours: &[[Option<u32>; 3]],
+        flat: Flatness,
+    ) {
         let before: Vec<DVec3> = points.iter().map(|&p| DVec3::from_array(p)).collect();
         let size = before.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
         let exact = 1e-13 * size.max(f64::MIN_POSITIVE);
         loop {
             let planes: Vec<Option<Plane>> =
                 self.regions.iter().map(|r| plane(r, &before, triangles)).collect();
-            let mut round = vec![Vec::new(); points.len()];
-            for (number, region) in self.regions.iter().enumerate() {
-                if planes[number].is_none() {
-                    continue;
-                }
-                for &p in region.iter().flat_map(|&t| &triangles[t as usize]) {
-                    let known: &mut Vec<u32> = &mut round[p as usize];
-                    if known.last() != Some(&(number as u32)) && !known.contains(&(number as u32)) {
-                        known.push(number as u32);
-                    }
-                }
-            }
             let mut failed: Vec<u32> = Vec::new();
             self.moved = 0.0;
-            for (p, regions) in round.iter().enumerate() {
+            for (p, regions) in self.round(points.len(), triangles).iter().enumerate() {
                 let all: Vec<&Plane> =
                     regions.iter().filter_map(|&r| planes[r as usize].as_ref()).collect();
                 match meeting_point(before[p], &all, exact) {
@@ -155,17 +149,107 @@ impl Regions {
                         self.moved = self.moved.max(to.distance(before[p]));
                         points[p] = to.to_array();
                     }
-                    _ => failed.extend(
-                        regions.iter().min_by_key(|&&r| (self.regions[r as usize].len(), r)),
-                    ),
+                    _ => failed.push(p as u32),
                 }
             }
             if failed.is_empty() {
                 return;
             }
-            failed.sort_unstable();
-            failed.dedup();
-            self.dissolve(&failed);
+            self.release(&failed, triangles, neighbours);
+        }
+    }
+
+    /// Regions of at least two triangles round each of `count` points.
+    fn round(&self, count: usize, triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
+        let mut round: Vec<Vec<u32>> = vec![Vec::new(); count];
+        for (number, region) in self.regions.iter().enumerate().filter(|(_, r)| r.len() > 1) {
+            for &p in region.iter().flat_map(|&t| &triangles[t as usize]) {
+                let known = &mut round[p as usize];
+                if known.last() != Some(&(number as u32)) {
+                    known.push(number as u32);
+                }
+            }
+        }
+        round
+    }
+
+    /// Lets points go: the smallest region round each gives up its triangles there. False where no
+    /// region was left to do so.
+    fn release(
+        &mut self,
+        points: &[u32],
+        triangles: &[[u32; 3]],
+        neighbours: &[[Option<u32>; 3]],
+    ) -> bool {
+        let count = triangles.iter().flatten().max().map_or(0, |&p| p as usize + 1);
+        let round = self.round(count, triangles);
+        let least = |&p: &u32| {
+            let regions = round[p as usize].iter();
+            let least = regions.min_by_key(|&&r| (self.regions[r as usize].len(), r));
+            least.map(|&r| (r, p))
+        };
+        let mut failed: Vec<(u32, u32)> = points.iter().filter_map(least).collect();
+        failed.sort_unstable();
+        failed.dedup();
+        self.shed(&failed, triangles, neighbours);
+        !failed.is_empty()
+    }
+
+    /// Lets points go and moves all others anew.
+    pub fn without(
+        &mut self,
+        released: &[u32],
+        points: &mut [[f64; 3]],
+        triangles: &[[u32; 3]],
+        edges: &Edges,
+        flat: Flatness,
+    ) -> bool {
+        let neighbours = neighbours(triangles.len(), edges);
+        let any = self.release(released, triangles, &neighbours);
+        self.settle(points, triangles, &neighbours, flat);
+        any
+    }
+
+    /// Takes the triangles at points out of regions; what is left of a region stays together where
+    /// it does.
+    fn shed(
+        &mut self,
+        failed: &[(u32, u32)],
+        triangles: &[[u32; 3]],
+        neighbours: &[[Option<u32>; 3]],
+    ) {
+        for of_region in failed.chunk_by(|a, b| a.0 == b.0) {
+            let region = of_region[0].0;
+            let gone = |t: u32| {
+                let corners = &triangles[t as usize];
+                of_region.iter().any(|(_, p)| corners.contains(p))
+            };
+            let members = std::mem::take(&mut self.regions[region as usize]);
+            let waits = u32::MAX;
+            members.iter().for_each(|&t| self.of[t as usize] = waits);
+            let mut number = region;
+            for &seed in &members {
+                if self.of[seed as usize] != waits {
+                    continue;
+                }
+                if number != region {
+                    self.regions.push(Vec::new());
+                }
+                self.of[seed as usize] = number;
+                let mut part = vec![seed];
+                let mut next = 0;
+                while next < part.len() && !gone(seed) {
+                    for other in neighbours[part[next] as usize].into_iter().flatten() {
+                        if self.of[other as usize] == waits && !gone(other) {
+                            self.of[other as usize] = number;
+                            part.push(other);
+                        }
+                    }
+                    next += 1;
+                }
+                self.regions[number as usize] = part;
+                number = self.regions.len() as u32;
+            }
         }
     }
 

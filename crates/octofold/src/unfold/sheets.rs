@@ -196,7 +196,7 @@ impl Layout<'_> {
             points: self.mesh.points.iter().map(|p| p.to_array()).collect(),
             faces: self.mesh.facets.iter().map(face).collect(),
             triangles: self.mesh.facets.iter().map(|f| f.triangles.clone()).collect(),
-            colours: None,
+            ..PatternMesh::default()
         }
     }
 }

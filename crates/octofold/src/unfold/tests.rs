@@ -125,6 +125,9 @@ fn check(pattern: &Pattern) {
         .chain(pattern.strips.iter().map(|s| s.edge))
         .collect();
     assert!(cut.iter().all(|(edge, &n)| n < 2 || held.contains(edge)), "a seam is not held");
+    let folded = pattern.folded();
+    assert!(folded.error < 1e-4, "folded again, a corner is {} mm off", folded.error);
+    assert_eq!(folded.mesh.check(), Ok(()));
 }
 
 fn doubled(polygon: &[DVec2]) -> f64 {
