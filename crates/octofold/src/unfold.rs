@@ -312,7 +312,8 @@ pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolde
         seams: joints.len(),
         strips: strips.len(),
         seam_length: joints.iter().map(length).sum(),
-        strip_length: strips.iter().map(|s| length(&joints[s.joint as usize])).sum(),
+        // An empty sum is minus zero.
+        strip_length: strips.iter().map(|s| length(&joints[s.joint as usize])).sum::<f64>() + 0.0,
         moved: facets.moved,
         climbs,
     };

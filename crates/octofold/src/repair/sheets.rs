@@ -315,8 +315,9 @@ fn tell(
         patches: patches.count,
         closed_patches: patches.closed,
         one_sided_patches: patches.one_sided,
-        border_length: patches.borders.iter().map(|&e| length(e)).sum(),
-        junction_length: junctions.iter().map(|j| j.length).sum(),
+        // An empty sum is minus zero.
+        border_length: patches.borders.iter().map(|&e| length(e)).sum::<f64>() + 0.0,
+        junction_length: junctions.iter().map(|j| j.length).sum::<f64>() + 0.0,
         junctions,
         pinches: *pinches,
         thin_vertices: collapsed.cells,
