@@ -7,6 +7,7 @@ use crate::terminal::{Loudness, Terminal};
 use anyhow::{Context, Result, ensure};
 use octofold::measure::{self, Measures, Verdict, Weld};
 use octofold::pipeline::{self, Made, Shape, Step, StepError};
+use octofold::repair;
 use octofold::report::{
     Answer, CraftReport, RepairReport, Report, ShapeMeasures, SimplifyReport, UnfoldReport,
 };
@@ -118,19 +119,28 @@ impl Job {
         Ok(Outcome::Holds)
     }
 
-    /// Reads `input`, repairs it, writes `output`, and proves the result again of the file.
-    pub fn repair(&self, input: &Input, step: Step, output: &Output) -> Result<Outcome> {
-        self.refuse_mixed_output(output)?;
-        ensure!(
-            output.kind() == Kind::Mesh,
-            "{} holds a {}, and a repaired mesh is to be written",
-            output.name(),
-            output.kind()
-        );
+    /// Reads `input`, repairs it, writes `output`, and proves the result again of the file. What was
+    /// changed is written to `explain` in colours.
+    pub fn repair(
+        &self,
+        input: &Input,
+        step: Step,
+        output: &Output,
+        explain: Option<&Output>,
+    ) -> Result<Outcome> {
+        for output in [Some(output), explain].into_iter().flatten() {
+            self.refuse_mixed_output(output)?;
+            ensure!(
+                output.kind() == Kind::Mesh,
+                "{} holds a {}, and a repaired mesh is to be written",
+                output.name(),
+                output.kind()
+            );
+        }
         let soup = input.open()?.read_mesh(&self.run)?;
         let shape = Shape::Soup(soup);
         let measured = self.measures(&shape)?;
-        let reference = if self.json { Some(shape.clone()) } else { None };
+        let reference = (self.json || explain.is_some()).then(|| shape.clone());
         let steps = vec![step];
         let Made { shape, repair, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
         output.write(&shape, &self.run)?;
@@ -144,8 +154,15 @@ impl Job {
                     && (m.oriented || sheets.one_sided_patches > 0)
             }
         });
+        if let (Some(explain), Some(Shape::Soup(soup)), Shape::Soup(made), Some(told)) =
+            (explain, &reference, &shape, &repair)
+        {
+            let (before, after) = (soup.triangulate(), made.triangulate());
+            let shown = repair::explain(&before, &after, told.cell, &self.run)?;
+            explain.write_mesh(&shown.into(), &self.run)?;
+        }
         let distances = match (&reference, &proof) {
-            (Some(Shape::Soup(soup)), Some((written, _))) => {
+            (Some(Shape::Soup(soup)), Some((written, _))) if self.json => {
                 self.run.stage("distances");
                 Some(measure::compare(written, &soup.triangulate(), SAMPLES, &self.run)?)
             }

@@ -12,6 +12,7 @@ mod bricks;
 mod cells;
 mod census;
 mod content;
+mod explain;
 mod flood;
 mod frame;
 mod inheritance;
@@ -26,6 +27,7 @@ mod smoothing;
 mod throats;
 
 pub use census::Census;
+pub use explain::explain;
 pub use frame::{Gap, MAX_RESOLUTION};
 pub use labels::Enclosed;
 pub use sheets::{Junction, SheetAccount, SheetComplex, SheetOptions, SheetRule, sheets};

@@ -1,11 +1,12 @@
 //! `octofold repair`: any polygons into a closed mesh, or into single sheets where they are thin.
 
-use crate::files::{InputArgs, OutputArgs};
+use crate::files::{InputArgs, Output, OutputArgs};
 use crate::job::{Job, Outcome};
 use anyhow::{Result, ensure};
 use octofold::pipeline::Step;
 use octofold::repair::{Gap, RepairOptions, SheetOptions, SheetRule};
 use octofold::voxelize::Size;
+use std::path::PathBuf;
 
 /// As typed.
 #[derive(Debug, clap::Args)]
@@ -40,6 +41,10 @@ pub struct Args {
     /// [default: two cells]
     #[arg(long, value_name = "T", requires = "sheet")]
     thickness: Option<f64>,
+    /// Also write a mesh coloured by what was done: kept (gray), closed (orange), and of the input
+    /// what is gone (blue)
+    #[arg(long, value_name = "FILE")]
+    explain: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -58,7 +63,7 @@ two or more faces, each patch is turned one way, and --gap auto is two cells. Wi
 Examples:
   octofold repair scan.obj scan.stl
   octofold repair house.glb house.3mf --resolution 512 --gap 0.05
-  octofold repair house.glb sheets.obj --sheet
+  octofold repair house.glb sheets.obj --sheet --explain changes.ply
   octofold repair bottle.stl bottle.ply --cell 0.2 --keep-cavities=100";
 
 fn parse_gap(text: &str) -> Result<Gap, String> {
@@ -98,6 +103,7 @@ impl Args {
                 thickness: self.thickness.unwrap_or(0.0),
             }),
         };
-        job.repair(&input, step, &output)
+        let explain = self.explain.map(|path| Output::new(path, None)).transpose()?;
+        job.repair(&input, step, &output, explain.as_ref())
     }
 }
