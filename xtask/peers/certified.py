@@ -28,6 +28,7 @@ import trimesh
 from bench import DATA, OCTOFOLD, told
 from check import measures, read
 from scipy.ndimage import distance_transform_edt
+from tables import row, rule
 
 SIZES = (128, 256, 512)
 # The share of marching cubes' triangles, in percent, that is aimed at for each size.
@@ -382,14 +383,6 @@ def counts(points, faces):
         "nonmanifold_edges": int((uses > 2).sum()),
         "euler": len(np.unique(proper)) - len(uses) + len(proper),
     }
-
-
-def row(*cells):
-    print("|", " | ".join(map(str, cells)), "|", flush=True)
-
-
-def rule(columns):
-    row(*["---"] * columns)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ import trimesh
 from bench import DATA, OCTOFOLD, WHAT, octofold
 from check import measures, read
 from scipy.spatial.transform import Rotation
+from tables import row, rule
 
 MODELS = ("scans/stanford-bunny.obj", "broken/truck.ply", "broken/chair_model.obj",
           "broken/holey_bunny_2.obj", "broken/busted.STL", "craft/building-small-a.glb",
@@ -43,7 +44,7 @@ FAULTS = ("boundary_edges", "nonmanifold_edges", "misoriented_edges", "pinches",
 def repair(folder):
     row("model", "way", "triangles", "open edges", "edges of more than two", "misoriented", "pinches", "meeting",
         "to the input", "from the input", "CPU s")
-    row(*["---"] * 11)
+    rule(11)
     for name in MODELS:
         points, triangles = read(DATA / name)
         bounds = points.min(axis=0), points.max(axis=0)
@@ -197,7 +198,7 @@ def damaged(folder):
         if 0 < len(triangles) < 100_000 and np.isfinite(points).all():
             meshes.append((file.stem, points, triangles))
     row("damage", "cells", "versions", "refused", "failed", "faults", "furthest, in cells")
-    row(*["---"] * 7)
+    rule(7)
     tables = {}
     for seed in range(FIRST, FIRST + COUNT):
         chance = np.random.default_rng(seed)
@@ -295,10 +296,6 @@ DAMAGES = (deleted, flipped, duplicated, jittered, unwelded, overlapping, merged
 
 def write(path, points, triangles):
     trimesh.Trimesh(points, triangles, process=False).export(path)
-
-
-def row(*cells):
-    print("| " + " | ".join(map(str, cells)) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -33,6 +33,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
+from tables import row, rule
 
 CELLS, POSES = 64, 12
 AXIS = ((0, 0, 0), (0, 0, 1))
@@ -41,24 +42,24 @@ DISC, BALL, RING = (1, 0, 0), (1, 0, 1), (1, 1, 0)
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        for rule in ("collapse", "dohi"):
-            print(f"### `--sheet={rule}`, {CELLS} cells, {POSES} poses\n")
+        for way in ("collapse", "dohi"):
+            print(f"### `--sheet={way}`, {CELLS} cells, {POSES} poses\n")
             row("scene", "area", "Betti", "precision", "recall", "false", "doubled", "turned", "meeting")
-            rule_line(9)
+            rule(9)
             for name, scene in SCENES.items():
-                measure(Path(folder), rule, name, scene)
+                measure(Path(folder), way, name, scene)
             print()
         models(Path(folder))
 
 
-def measure(folder, rule, name, scene):
+def measure(folder, way, name, scene):
     points, triangles, lines, betti, truth = scene()
     found = []
     for pose in range(POSES):
         turn = Rotation.random(random_state=1000 + pose).as_matrix().T
         by = np.random.default_rng(pose).random(3)
         write(folder / "in.obj", points @ turn + by, triangles)
-        report = octofold("repair", folder / "in.obj", folder / "out.obj", f"--sheet={rule}",
+        report = octofold("repair", folder / "in.obj", folder / "out.obj", f"--sheet={way}",
                           "--resolution", CELLS)
         cell, thickness = report["repair"]["cell"], report["repair"]["sheets"]["thickness"]
         out = Complex(*read(folder / "out.obj"))
@@ -74,18 +75,22 @@ def measure(folder, rule, name, scene):
 
 
 def models(folder):
-    """Every mesh of the data that is open, through the collapse."""
+    """Every mesh of the data that is open, through the collapse; what solid parts enclose goes."""
     print("### Models\n")
     row("model", "triangles", "area", "patches", "junctions", "doubled", "turned", "meeting")
-    rule_line(8)
-    for file in sorted(f for f in DATA.rglob("*") if f.suffix.lower() in trimesh.available_formats()):
+    rule(8)
+    for file in sorted(f for f in DATA.rglob("*") if f.suffix.lower()[1:] in trimesh.available_formats()):
         words = [OCTOFOLD, "info", file]
         if subprocess.run(words, capture_output=True).returncode:
             continue
         before = octofold("info", file)
         if not before.get("boundary_edges"):
             continue
-        report = octofold("repair", file, folder / "out.obj", "--sheet", "--resolution", 128)
+        try:
+            report = octofold("repair", file, folder / "out.obj", "--sheet", "--resolution", 128)
+        except SystemExit as refused:
+            print(refused)
+            continue
         out, sheets = Complex(*read(folder / "out.obj")), report["repair"]["sheets"]
         row(file.stem, len(out.triangles), f"{out.area / before['area']:.3f}", sheets["patches"],
             len(sheets["junctions"]), f"{out.doubled(0.9 * sheets['thickness']):.4f}", out.turned(), out.meeting())
@@ -291,14 +296,6 @@ def write(path, points, triangles):
     lines = ["v {!r} {!r} {!r}".format(*map(float, p)) for p in points]
     lines += ["f {} {} {}".format(*t) for t in triangles + 1]
     path.write_text("\n".join(lines) + "\n")
-
-
-def row(*cells):
-    print("| " + " | ".join(map(str, cells)) + " |", flush=True)
-
-
-def rule_line(columns):
-    row(*["---"] * columns)
 
 
 if __name__ == "__main__":

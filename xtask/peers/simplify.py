@@ -30,6 +30,7 @@ from bench import DATA, OCTOFOLD, told
 from check import read
 from igl.copyleft.cgal import remesh_self_intersections
 from scipy.spatial import cKDTree
+from tables import row, rule
 
 MODELS = ("scans/stanford-bunny.obj", "scans/spot.obj", "scans/armadillo.obj", "scans/quadknot.obj",
           "scans/cycloidal.ply", "scans/torus.STL", "broken/dragon_vrip_res3.ply")
@@ -226,14 +227,6 @@ def welded(points, faces):
     """Points at one place made one, as `read` does."""
     points, index = np.unique(np.asarray(points, float), axis=0, return_inverse=True)
     return points, index.reshape(-1)[np.asarray(faces).astype(np.int64)]
-
-
-def row(*cells):
-    print("|", " | ".join(map(str, cells)), "|", flush=True)
-
-
-def rule(columns):
-    row(*["---"] * columns)
 
 
 if __name__ == "__main__":
