@@ -6,7 +6,7 @@ use crate::sheets::{SheetArgs, SheetOutputArgs, parse_length};
 use anyhow::Result;
 use octofold::craft::{self, CraftOptions, Crafted};
 use octofold::pipeline::Shape;
-use octofold::report::{CraftReport, ShapeMeasures, UnfoldReport};
+use octofold::report::{CraftReport, UnfoldReport};
 
 /// As typed.
 #[derive(Debug, clap::Args)]
@@ -65,11 +65,7 @@ impl Args {
         let model = soup.triangulate();
         let Crafted { mesh, steps, account, unfolded } = craft::craft(&model, &options, &job.run)?;
         output.write(&unfolded.pattern, &model, options.sheets.up, &job.run)?;
-        let measures = if job.json {
-            Some(ShapeMeasures::of(&Shape::Soup(mesh.into()), &job.run)?)
-        } else {
-            None
-        };
+        let measures = job.measures(&Shape::Soup(mesh.into()))?;
         let line = output.line(&unfolded.account, job.terminal.seconds());
         let unfold = Some(UnfoldReport { options: options.sheets, account: unfolded.account });
         let craft = Some(CraftReport { options, account });
