@@ -293,8 +293,13 @@ mod tests {
         volume
     }
 
-    /// Everything that is guaranteed, checked by other means than those that made it.
-    fn assert_certified(volume: &dyn Volume, options: &CertifiedOptions) -> Certificate {
+    /// Everything that is guaranteed, checked by other means than those that made it, the distances
+    /// at `samples` points of each mesh.
+    fn assert_certified(
+        volume: &dyn Volume,
+        options: &CertifiedOptions,
+        samples: usize,
+    ) -> Certificate {
         let run = Run::default();
         let (mesh, certificate) = certified(volume, options, &run).unwrap();
         let reference = marching_cubes(volume, &options.surface, &run).unwrap();
@@ -313,7 +318,7 @@ mod tests {
             expected.boundary_edges
         );
         assert_eq!((certificate.euler, certificate.components), (found.euler, found.components));
-        let near = compare(&mesh, &reference, 4000, &run).unwrap();
+        let near = compare(&mesh, &reference, samples, &run).unwrap();
         let slack = 2e-3;
         if let Some(most) = near.hausdorff {
             assert!(most <= options.tolerance + slack, "{most}");
@@ -337,33 +342,36 @@ mod tests {
             volume.binary = true;
             // A slice of all pairs; the sweep takes them all.
             if std::env::var_os("OCTOFOLD_SWEEP").is_some() || mask % 16 == 5 {
-                assert_certified(&volume, &options(BINARY, 1.0));
+                assert_certified(&volume, &options(BINARY, 1.0), 4000);
             }
         }
     }
 
-    proptest! {
-        #![proptest_config(crate::sweep::cases(20))]
-
-        #[test]
-        fn blocks_of_three_are_certified(mask in 0u32..1 << 27) {
+    #[test]
+    fn blocks_of_three_are_certified() {
+        crate::sweep::every([100, 1 << 20], 0u32..1 << 27, |mask| {
             let samples = (0..27).map(|i| (mask >> i & 1) as u8).collect();
             let mut volume = DenseVolume::new([3; 3], samples, Placement::default()).unwrap();
             volume.binary = true;
-            assert_certified(&volume, &options(BINARY, 1.0));
-        }
+            assert_certified(&volume, &options(BINARY, 1.0), 400);
+            Ok(())
+        });
+    }
 
-        #[test]
-        fn random_volumes_are_certified(
-            dims in (1usize..28, 1usize..20, 1usize..28),
-            seed in any::<u64>(),
-            smooth in 1u64..7,
-            open in any::<bool>(),
-            tolerance in prop::sample::select(vec![0.5, 0.75, 1.0, 1.5, 2.0]),
-        ) {
+    #[test]
+    fn random_volumes_are_certified() {
+        let dims = (1usize..20, 1usize..16, 1usize..20);
+        let tolerances = prop::sample::select(vec![0.5, 0.75, 1.0, 1.5, 2.0]);
+        let domain = (dims, any::<u64>(), 1u64..7, any::<bool>(), tolerances);
+        crate::sweep::every([40, 100_000], domain, |(dims, seed, smooth, open, tolerance)| {
             let volume = noise([dims.0, dims.1, dims.2], seed, smooth);
-            assert_certified(&volume, &options(CubesOptions { open, ..BINARY }, tolerance));
-        }
+            assert_certified(&volume, &options(CubesOptions { open, ..BINARY }, tolerance), 2000);
+            Ok(())
+        });
+    }
+
+    proptest! {
+        #![proptest_config(crate::sweep::cases(20))]
 
         #[test]
         fn gray_volumes_are_certified(
@@ -381,7 +389,7 @@ mod tests {
             }).collect();
             let volume = DenseVolume::new([x, y, z], samples, Placement::default()).unwrap();
             let inside = if below { Inside::Below } else { Inside::Above };
-            assert_certified(&volume, &options(CubesOptions { iso, inside, open }, 1.0));
+            assert_certified(&volume, &options(CubesOptions { iso, inside, open }, 1.0), 4000);
         }
 
     }
@@ -423,7 +431,7 @@ mod tests {
             (Sample::Torus, 0.02),
         ] {
             let volume = dense(sample, 96);
-            let found = assert_certified(&volume, &options(BINARY, 1.0));
+            let found = assert_certified(&volume, &options(BINARY, 1.0), 4000);
             let run = Run::default();
             let (mesh, _) = certified(&volume, &options(BINARY, 1.0), &run).unwrap();
             let most = share * found.reference_triangles as f64;

@@ -48,20 +48,13 @@ fn is_embedded(mesh: &Mesh) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-proptest! {
-    #![proptest_config(crate::sweep::cases(400))]
-
-    #[test]
-    fn random_labellings_give_sheets_that_do_not_meet_themselves(
-        seed in any::<u64>(),
-        fill in 0.02f64..0.98,
-        side in 1u32..7,
-        shift in 0u32..8,
-        fine in any::<bool>(),
-        lean in prop::bool::weighted(0.8),
-        dohi in prop::bool::weighted(0.2),
-        rounds in 1u32..3,
-    ) {
+#[test]
+fn random_labellings_give_sheets_that_do_not_meet_themselves() {
+    let [lean, dohi] = [0.8, 0.2].map(prop::bool::weighted);
+    let shape = (any::<u64>(), 0.02f64..0.98, 1u32..7, 0u32..8, any::<bool>());
+    let domain = (shape, lean, dohi, 1u32..3);
+    crate::sweep::every([400, 1_000_000], domain, |(shape, lean, dohi, rounds)| {
+        let (seed, fill, side, shift, fine) = shape;
         let guide = Anywhere { seed, steps: if fine { 4096.0 } else { 64.0 } };
         let labels = labels(side, shift, |at| guide.number(at, 99) < fill || at == [0; 3]);
         let rule = if dohi { SheetRule::Dohi } else { SheetRule::Collapse };
@@ -70,8 +63,8 @@ proptest! {
             extract(&labels, &guide, rule, rounds, steps, lean, &Run::default()).unwrap();
         let points = surface.points.iter().map(|p| p.map(f64::from)).collect();
         let mesh = Mesh::new(points, surface.triangles).unwrap();
-        is_embedded(&mesh)?;
-    }
+        is_embedded(&mesh)
+    });
 }
 
 /// Rectangles and discs that hang together, each as a grid of quads.
