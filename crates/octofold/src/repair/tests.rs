@@ -5,6 +5,7 @@ use super::labels::Labels;
 use super::piercing::Target;
 use super::*;
 use crate::measure::self_intersections;
+use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 
 /// Puts vertices and piercing points anywhere, even outside their cells.
@@ -178,6 +179,53 @@ fn holes_up_to_the_gap_are_closed_and_wider_ones_are_not() {
         let open = repair(&mesh, &options(48, Gap::Width(closes / 8.0)), &Run::default()).unwrap();
         assert!(volume(&open.solid) < 0.3 * whole, "{height}");
     }
+}
+
+/// A box with sides of 2 and a slit in its top, 1.8 long and `width` wide, turned by `pose`.
+fn slit_box(width: f64, pose: DQuat) -> Mesh {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    let mut sheet = |corner: [f64; 3], u: DVec3, v: DVec3| {
+        let (corner, first) = (DVec3::from(corner), points.len() as u32);
+        let corners = [corner, corner + u, corner + u + v, corner + v];
+        points.extend(corners.map(|p| (pose * p).to_array()));
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    };
+    let [x, y, z] = DVec3::AXES.map(|axis| 2.0 * axis);
+    for (u, v) in [(y, x), (z, y), (x, z)] {
+        sheet([-1.0; 3], u, v);
+    }
+    for (u, v) in [(y, z), (z, x)] {
+        sheet([1.0; 3], -u, -v);
+    }
+    let side = 1.0 - width / 2.0;
+    for left in [-1.0, 1.0 - side] {
+        sheet([left, -1.0, 1.0], x * side / 2.0, y);
+    }
+    for low in [-1.0, 0.9] {
+        sheet([side - 1.0, low, 1.0], x * width / 2.0, y / 20.0);
+    }
+    Mesh::new(points, triangles).unwrap()
+}
+
+#[test]
+fn slits_up_to_the_gap_are_closed_and_wider_ones_are_not() {
+    let turn = (prop::array::uniform3(-1f64..1.0), -1f64..1.0);
+    let domain = (turn, 0.1f64..3.0, 3f64..9.0, 56u32..88);
+    crate::sweep::every([24, 10_000], domain, |((axis, angle), ratio, gap, resolution)| {
+        let pose = DQuat::from_xyzw(axis[0], axis[1], axis[2], angle).normalize();
+        let [low, high] = slit_box(1.0, pose).bounds().unwrap().map(DVec3::from);
+        let cell = (high - low).max_element() / f64::from(resolution);
+        let width = ratio * gap * cell;
+        let mesh = slit_box(width, pose);
+        let found = repair(&mesh, &options(resolution, Gap::Cells(gap)), &Run::default()).unwrap();
+        let filled = volume(&found.solid) / 8.0;
+        if ratio <= 0.9 {
+            prop_assert!(filled > 0.9, "a slit of {ratio} gaps is open: {filled}");
+        } else if width > (1.1 * gap + 4.0) * cell {
+            prop_assert!(filled < 0.6, "a slit of {ratio} gaps is closed: {filled}");
+        }
+        Ok(())
+    });
 }
 
 #[test]
