@@ -33,6 +33,19 @@ impl Facet {
     pub fn side(&self, side: u32) -> [DVec2; 2] {
         self.sides[side as usize].map(|c| self.flat[c as usize])
     }
+
+    /// The angles in radians inside the facet at the ends of side `side`.
+    pub fn corner_angles(&self, side: u32) -> [f64; 2] {
+        let [first, second] = self.sides[side as usize];
+        let at = |c: u32| self.flat[c as usize];
+        let narrowest = |from: u32, to: u32, others: &mut dyn Iterator<Item = u32>| {
+            let along = at(to) - at(from);
+            others.map(|c| along.angle_to(at(c) - at(from)).abs()).fold(f64::INFINITY, f64::min)
+        };
+        let mut before = self.sides.iter().filter(|s| s[1] == first).map(|s| s[0]);
+        let mut after = self.sides.iter().filter(|s| s[0] == second).map(|s| s[1]);
+        [narrowest(first, second, &mut before), narrowest(second, first, &mut after)]
+    }
 }
 
 /// All facets of a mesh.

@@ -57,6 +57,15 @@ impl Outline {
         starts.zip(&self.ends).map(|(from, &to)| &self.points[from as usize..to as usize])
     }
 
+    /// Every corner of a polygon with each of its two neighbours.
+    pub fn corners(&self) -> impl Iterator<Item = [DVec2; 2]> {
+        self.parts().flat_map(|part| {
+            let n = part.len();
+            let neighbours = move |k: usize| [part[(k + 1) % n], part[(k + n - 1) % n]];
+            (0..n).flat_map(move |k| neighbours(k).map(|other| [part[k], other]))
+        })
+    }
+
     /// The same outline, moved; kept in the room of `moved`.
     pub fn place_into(&self, motion: &Motion, moved: &mut Self) {
         moved.points.clear();

@@ -60,8 +60,14 @@ pub(super) struct Strip {
 /// Slopes at the ends of a tab, as cotangents: 60, 45, 30, 20, 12, 7 and 4 degrees.
 const SLOPES: [f64; 7] = [0.577, 1.0, 1.732, 2.747, 4.705, 8.144, 14.3];
 
+/// The angle in radians down to which a tab is fitted into a corner.
+const LEAST_ANGLE: f64 = 0.02;
+
 /// Heights that are tried, as parts of the usual one.
 const HEIGHTS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
+
+/// Distance in millimetres up to which two corners are one.
+const SAME: f64 = 1e-6;
 
 /// Depth in millimetres up to which a tab only touches.
 const TOUCH: f64 = 1e-9;
@@ -155,9 +161,10 @@ impl<'a> Paper<'a> {
         });
         let others: Vec<&Tab> =
             others.iter().copied().filter(|tab| tab.bounds.meet(&reach, 0.0)).collect();
+        let [first, second] = self.slopes(way, base, &near, gentle);
         let mut slopes: Vec<(f64, [f64; 2])> = Vec::new();
-        for &a in &SLOPES[gentle..] {
-            for &b in &SLOPES[gentle..] {
+        for &a in &first {
+            for &b in &second {
                 let height = size.height.min(length / (a + b));
                 slopes.push((height * (length - height * (a + b) / 2.0), [a, b]));
             }
@@ -189,6 +196,36 @@ impl<'a> Paper<'a> {
         best.map(|(value, shape)| {
             let bounds = Bounds::of(&shape);
             Tab { joint: joint as u32, way, shape, bounds, value }
+        })
+    }
+
+    /// Slopes to try at the ends of a base: the usual ones, and those that just fit beside a facet
+    /// that begins there and into the corner of the facet that the tab is glued under.
+    fn slopes(
+        &self,
+        [on, under]: [FacetSide; 2],
+        base: [DVec2; 2],
+        near: &[u32],
+        gentle: usize,
+    ) -> [Vec<f64>; 2] {
+        let corners = self.mesh.facets[under.0 as usize].corner_angles(under.1);
+        let [a, b] = if self.run_alike(on, under) { [0, 1] } else { [1, 0] };
+        let fits = [(base, corners[a], -1.0), ([base[1], base[0]], corners[b], 1.0)];
+        fits.map(|([end, other], corner, outside)| {
+            let along = other - end;
+            let turn = |p: DVec2| outside * along.angle_to(p - end);
+            let beside = near.iter().flat_map(|&f| self.outlines[f as usize].1.corners());
+            let angles = beside
+                .filter(|[corner, _]| corner.distance(end) < SAME)
+                .map(|[_, neighbour]| turn(neighbour))
+                .chain([corner]);
+            let just = angles.filter(|&a| a > LEAST_ANGLE).map(|a| a.tan().recip());
+            let mut slopes = SLOPES.to_vec();
+            slopes.extend(just.filter(|&slope| slope > SLOPES[0]));
+            slopes.retain(|&slope| slope >= SLOPES[gentle]);
+            slopes.sort_by(f64::total_cmp);
+            slopes.dedup();
+            slopes
         })
     }
 
