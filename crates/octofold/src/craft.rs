@@ -344,8 +344,11 @@ impl Bench<'_> {
 
     /// Unfolds, smaller than asked for where that may be and must.
     fn unfolded(&self, mesh: &Mesh) -> Result<(Unfolded, Option<f64>), UnfoldError> {
-        let sheets =
-            |factor: f64| UnfoldOptions { scale: Scale::Factor(factor), ..self.options.sheets };
+        let divide = !self.options.shrink;
+        let sheets = |factor: f64| {
+            let scale = Scale::Factor(factor);
+            UnfoldOptions { scale, divide, ..self.options.sheets }
+        };
         let error = match unfold::unfold(mesh, &sheets(self.factor), self.run) {
             Ok(unfolded) => return Ok((unfolded, None)),
             Err(error) => error,

@@ -12,6 +12,7 @@
 //! Sources: Dohi, Mitani, Nishihara and Fukui, the paper end of it; Zawallich and Pajarola 2024;
 //! Schlickenrieder 1997; Straub and Prautzsch 2011; specification of papercraft (C2 to C4, E).
 
+mod division;
 mod edges;
 mod facets;
 mod flatten;
@@ -46,6 +47,7 @@ use crate::attributes::Attributes;
 use crate::measure::weld;
 use crate::mesh::{Mesh, bounds};
 use crate::run::{Cancelled, Finding, Run};
+use division::Division;
 use facets::{Facets, gathered};
 use glam::DVec2;
 use hinges::Hinges;
@@ -94,6 +96,8 @@ pub struct UnfoldOptions {
     pub tab: f64,
     /// How far points may move so that faces become flat.
     pub flatness: f64,
+    /// Faces that are larger than a page are cut across; else they are refused.
+    pub divide: bool,
     /// How long to look for fewer pieces: each step doubles the number of tries.
     pub effort: u32,
     /// Where the random numbers begin.
@@ -112,6 +116,7 @@ impl Default for UnfoldOptions {
             margin: 10.0,
             tab: 5.0,
             flatness: 0.01,
+            divide: true,
             effort: 3,
             seed: 1,
         }
@@ -185,6 +190,8 @@ pub struct UnfoldAccount {
     pub triangles: usize,
     /// Flat faces that they became.
     pub faces: usize,
+    /// Cuts across faces that were larger than a page.
+    pub divided: u32,
     /// Parts of the model that hang together by hinges.
     pub parts: usize,
     /// Pieces before any was cut to fit the page.
@@ -222,14 +229,11 @@ pub struct Unfolded {
 pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolded, UnfoldError> {
     options.check()?;
     run.stage("faces");
-    let (facets, [scale, x, y, z], triangles) = facets(mesh, options, run)?;
-    if facets.facets.len() > MOST_FACES {
-        return Err(UnfoldError::TooMany(facets.facets.len()));
-    }
-    let hinges = Hinges::new(&facets);
     let room = options.room();
     let inner = Room { size: room.size - 2.0 * options.tab };
-    fits(&facets, &inner)?;
+    let Faces { facets, divided, placement: [scale, x, y, z], triangles } =
+        faces(mesh, options, &inner, run)?;
+    let hinges = Hinges::new(&facets);
     run.stage("unfold");
     let groups = hinges.components();
     let found = crate::par::blocks(run, groups.len(), 1, |range| {
@@ -304,6 +308,7 @@ pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolde
         scale,
         triangles,
         faces: facets.facets.len(),
+        divided,
         parts: groups.len(),
         pieces_unlimited,
         pieces: placed.pieces.len(),
@@ -317,7 +322,7 @@ pub fn unfold(mesh: &Mesh, options: &UnfoldOptions, run: &Run) -> Result<Unfolde
         moved: facets.moved,
         climbs,
     };
-    tell(&facets, run);
+    tell(&facets, divided, run);
     Ok(Unfolded { pattern, account })
 }
 
@@ -354,13 +359,23 @@ impl UnfoldOptions {
     }
 }
 
-/// The faces of the model at its size on paper, how that was scaled and about which point, and how
-/// many triangles there are.
-fn facets(
+/// The faces of a model at its size on paper.
+struct Faces {
+    facets: Facets,
+    /// Cuts across faces that were too large.
+    divided: u32,
+    /// How the model was scaled, and the point that came to lie at the origin.
+    placement: [f64; 4],
+    /// Triangles of the model.
+    triangles: usize,
+}
+
+fn faces(
     mesh: &Mesh,
     options: &UnfoldOptions,
+    room: &Room,
     run: &Run,
-) -> Result<(Facets, [f64; 4], usize), UnfoldError> {
+) -> Result<Faces, UnfoldError> {
     let mut welded = weld(mesh, run)?;
     let attributes = std::mem::take(&mut welded.attributes);
     let [low, high] = bounds(&welded.points).ok_or(UnfoldError::Empty)?;
@@ -385,17 +400,35 @@ fn facets(
         sources.iter().map(|&t| welded.triangles[t as usize]).collect();
     orientation::orient(&welded.points, &mut triangles);
     let paint = paint(&attributes);
-    let by_source = |t: u32| paint(sources[t as usize]);
     let flat = Flatness { distance: options.flatness, angle: 0.5f64.to_radians() };
-    let mut facets = Facets::new(welded.points, &triangles, &by_source, flat);
+    let count = triangles.len();
+    let mut division = Division::new(welded.points, triangles);
+    let mut facets = loop {
+        let of = |t: u32| {
+            let source = division.sources[t as usize];
+            (paint(sources[source as usize]), division.parts[t as usize])
+        };
+        let facets = Facets::new(division.points.clone(), &division.triangles, &of, flat);
+        match facets.facets.len() {
+            0 => return Err(UnfoldError::Empty),
+            many if many > MOST_FACES => return Err(UnfoldError::TooMany(many)),
+            _ => {}
+        }
+        if !options.divide {
+            fits(&facets, room)?;
+            break facets;
+        }
+        run.check()?;
+        if !division.cut(&facets.facets, &facets.points, room) {
+            break facets;
+        }
+    };
     for t in facets.facets.iter_mut().flat_map(|f| &mut f.triangles) {
-        *t = sources[*t as usize];
-    }
-    if facets.facets.is_empty() {
-        return Err(UnfoldError::Empty);
+        *t = sources[division.sources[*t as usize] as usize];
     }
     let [x, y, z] = middle;
-    Ok((facets, [factor, x, y, z], triangles.len()))
+    let (placement, divided) = ([factor, x, y, z], division.cuts());
+    Ok(Faces { facets, divided, placement, triangles: count })
 }
 
 /// Triangles on three points each, the first on each three.
@@ -556,7 +589,11 @@ fn items(
 }
 
 /// What may surprise.
-fn tell(facets: &Facets, run: &Run) {
+fn tell(facets: &Facets, divided: u32, run: &Run) {
+    if divided > 0 {
+        let text = format!("faces larger than a page are cut across in {divided} places");
+        run.finding(Finding::note("large-faces", text).of(u64::from(divided)));
+    }
     if facets.lost > 0 {
         let text = format!("{} faces have no area and are not printed", facets.lost);
         run.finding(Finding::note("flat-faces", text).of(facets.lost as u64));

@@ -6,7 +6,7 @@
 
 use super::edges::{Edges, Side};
 use super::plane::{Bounds, convex_meet, doubled_area, is_convex};
-use super::regions::{Flatness, Regions};
+use super::regions::{Flatness, Paint, Regions};
 use glam::{DVec2, DVec3};
 
 /// A flat face. Corners are numbered within the facet.
@@ -68,7 +68,7 @@ impl Facets {
     pub fn new(
         mut points: Vec<[f64; 3]>,
         triangles: &[[u32; 3]],
-        paint: &dyn Fn(u32) -> u64,
+        paint: &dyn Fn(u32) -> Paint,
         flat: Flatness,
     ) -> Self {
         let edges = Edges::of_triangles(triangles);

@@ -71,7 +71,7 @@ pub fn flatten(mesh: &Mesh, options: &FlattenOptions, run: &Run) -> Result<Flatt
     let before = Mesh { points: mesh.points.clone(), triangles, ..Mesh::default() };
     let known = self_intersections(&before, run)?;
     let paints: Vec<u64> = sources.iter().map(|&t| paint(&mesh.attributes)(t)).collect();
-    let paint = |t: u32| paints[t as usize];
+    let paint = |t: u32| (paints[t as usize], 0);
     let mut after = before.clone();
     let mut regions = Regions::new(&mut after.points, &before.triangles, &edges, &paint, flat);
     let mut released = 0;

@@ -9,6 +9,10 @@
 use super::edges::{Edges, Side};
 use glam::DVec3;
 
+/// What triangles of one region have in common: what they are painted with, and a part of a face
+/// that was cut.
+pub(super) type Paint = (u64, u32);
+
 /// How flat a region must be.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flatness {
@@ -47,7 +51,7 @@ impl Regions {
         points: &mut [[f64; 3]],
         triangles: &[[u32; 3]],
         edges: &Edges,
-        paint: &dyn Fn(u32) -> u64,
+        paint: &dyn Fn(u32) -> Paint,
         flat: Flatness,
     ) -> Self {
         let neighbours = neighbours(triangles.len(), edges);
@@ -60,7 +64,7 @@ impl Regions {
         points: &[[f64; 3]],
         triangles: &[[u32; 3]],
         neighbours: &[[Option<u32>; 3]],
-        paint: &dyn Fn(u32) -> u64,
+        paint: &dyn Fn(u32) -> Paint,
         flat: Flatness,
     ) -> Self {
         let corner = |p: u32| DVec3::from_array(points[p as usize]);

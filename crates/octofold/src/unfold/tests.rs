@@ -253,7 +253,7 @@ fn nothing_and_too_much_are_refused() {
     let run = Run::default();
     let options = UnfoldOptions::default();
     assert_eq!(unfold(&Mesh::default(), &options, &run), Err(UnfoldError::Empty));
-    let large = UnfoldOptions { scale: Scale::Size(400.0), ..options };
+    let large = UnfoldOptions { scale: Scale::Size(400.0), divide: false, ..options };
     let refused = unfold(&squared_box(1), &large, &run);
     assert!(matches!(refused, Err(UnfoldError::LargeFace { .. })));
     for bad in [f64::NAN, 0.0, -1.0] {
@@ -270,6 +270,18 @@ fn large_models_are_bitten_into_pages() {
     let Unfolded { pattern, account } = unfold(&mesh, &options, &Run::default()).unwrap();
     check(&pattern);
     assert!(account.pieces > account.pieces_unlimited && account.pages > 1);
+}
+
+#[test]
+fn faces_larger_than_a_page_are_cut_across() {
+    for (size, least) in [(170.0, 0), (200.0, 6), (400.0, 24)] {
+        let options = UnfoldOptions { scale: Scale::Size(size), ..UnfoldOptions::default() };
+        let found = unfold(&squared_box(1), &options, &Run::default()).unwrap();
+        check(&found.pattern);
+        let (cuts, faces) = (found.account.divided, found.account.faces);
+        assert!(cuts >= least && (cuts == 0) == (least == 0), "{cuts}");
+        assert_eq!(faces, 6 + cuts as usize);
+    }
 }
 
 #[test]
