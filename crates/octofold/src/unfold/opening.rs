@@ -10,8 +10,8 @@ use crate::random::Random;
 use crate::run::Run;
 
 /// Steps for each hinge of the patch.
-const STEPS: usize = 400;
-const MOST_STEPS: usize = 1 << 20;
+const STEPS: usize = 2400;
+const MOST_STEPS: usize = 1 << 23;
 
 /// Changes `tree`, which has no overlaps, so that fewer cuts are narrower than `width` millimetres.
 pub(super) fn open(

@@ -30,7 +30,7 @@ const STEEPEST: usize = 16;
 const SPANNING: usize = 4;
 
 /// Width in millimetres from which on a cut has room for a tab.
-const OPEN: f64 = 2.5;
+const OPEN: f64 = 1.8;
 
 /// Walks side by side where the first one comes to no end, and the work of the first lap; each lap
 /// is twice as long as the one before.
