@@ -55,7 +55,7 @@ const TABLE: [(&str, &[&str]); 25] = [
         ],
     ),
     ("rows", &[]),
-    ("samples", &["mesh", "soup", "surface", "volume"]),
+    ("samples", &["mesh", "rows", "soup", "spans", "surface", "volume"]),
     ("simplify", &["measure", "mesh", "octree"]),
     ("solid", &["measure", "mesh", "soup"]),
     ("soup", &["mesh", "polygon"]),

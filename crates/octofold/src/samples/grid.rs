@@ -1,7 +1,12 @@
 //! A field as a volume: its values on lattice points, or a mask on cell centres.
 
 use super::field::Field;
+use crate::par;
+use crate::rows::Rows;
+use crate::run::{Cancelled, Run};
+use crate::spans::Spans;
 use crate::volume::{Block, Placement, Region, ScalarType, Volume, VolumeError};
+use glam::{DMat3, DVec3};
 use std::borrow::Cow;
 
 /// Room for the rounding of field values beside the bound by distance.
@@ -14,12 +19,33 @@ pub struct FieldSamples {
     pub(super) resolution: usize,
 }
 
+/// How a shape lies in the unit cube: scaled and turned about its middle, then shifted.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Pose {
+    /// Columns of a rotation.
+    pub turn: [[f64; 3]; 3],
+    /// Above 0.
+    pub scale: f64,
+    /// In edges of the cube.
+    pub shift: [f64; 3],
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self { turn: DMat3::IDENTITY.to_cols_array_2d(), scale: 1.0, shift: [0.0; 3] }
+    }
+}
+
 /// 1 where a field is negative at the centre (i + 1/2)/N of a cell of the unit cube, else 0.
 #[derive(Debug, Clone, Copy)]
 pub struct FieldMask {
     pub(super) field: Field,
     pub(super) resolution: usize,
+    pub(super) pose: Pose,
 }
+
+/// Rows along y and z that [`FieldMask::spans`] divides as one.
+const TILE: u32 = 16;
 
 /// Positions of samples along any axis: (i + offset)/N.
 #[derive(Clone, Copy)]
@@ -43,7 +69,12 @@ impl Axis {
         placement
     }
 
-    fn read<T>(self, field: Field, region: Region, value: impl Fn(f64) -> T) -> Vec<T> {
+    fn read<T>(
+        self,
+        field: impl Fn([f64; 3]) -> f64,
+        region: Region,
+        value: impl Fn(f64) -> T,
+    ) -> Vec<T> {
         let mut out = Vec::with_capacity(region.len());
         for z in region.start[2]..region.end[2] {
             for y in region.start[1]..region.end[1] {
@@ -56,7 +87,7 @@ impl Axis {
     }
 
     /// Bounds of the field in `region`: it grows no faster than the distance from the middle.
-    fn bounds(self, field: Field, region: Region) -> Option<[f64; 2]> {
+    fn bounds(self, field: impl Fn([f64; 3]) -> f64, region: Region) -> Option<[f64; 2]> {
         if region.is_empty() {
             return None;
         }
@@ -64,7 +95,7 @@ impl Axis {
             std::array::from_fn(|a| [self.at(region.start[a]), self.at(region.end[a] - 1)]);
         let middle = field(ends.map(|[low, high]| (low + high) / 2.0));
         let reach = ends.map(|[low, high]| (high - low) / 2.0);
-        let radius = glam::DVec3::from(reach).length() + ROUNDING;
+        let radius = DVec3::from(reach).length() + ROUNDING;
         Some([middle - radius, middle + radius])
     }
 }
@@ -76,9 +107,115 @@ impl FieldSamples {
 }
 
 impl FieldMask {
+    /// The same shape in another pose; what leaves the unit cube is cut off.
+    #[must_use]
+    pub fn posed(self, pose: Pose) -> Self {
+        Self { pose, ..self }
+    }
+
     fn axis(&self) -> Axis {
         Axis::new(self.resolution, 0.5)
     }
+
+    fn value(&self, p: [f64; 3]) -> f64 {
+        if self.pose == Pose::default() {
+            return (self.field)(p);
+        }
+        let Pose { turn, scale, shift } = self.pose;
+        let back = DMat3::from_cols_array_2d(&turn).transpose();
+        let p = back * (DVec3::from(p) - 0.5 - DVec3::from(shift)) / scale + 0.5;
+        scale * (self.field)(p.to_array())
+    }
+
+    /// The cells as runs. Boxes that the field's slope shows to be full or empty are not visited, so
+    /// the work is that of the surface.
+    pub fn spans(&self, run: &Run) -> Result<Spans, Cancelled> {
+        run.stage("cells");
+        let count = self.resolution;
+        let parts = par::blocks(run, count, TILE as usize, |slices| {
+            let z = slices.start as u32;
+            let tiles: Vec<Vec<Vec<[u32; 2]>>> =
+                (0..count as u32).step_by(TILE as usize).map(|y| self.tile([y, z])).collect();
+            let mut rows = Rows::default();
+            for z in 0..slices.len() {
+                for y in 0..count {
+                    let tile = &tiles[y / TILE as usize];
+                    rows.extend(&tile[z * TILE as usize + y % TILE as usize]);
+                    rows.end_row(y as u32);
+                }
+                rows.end_slice();
+            }
+            rows
+        })?;
+        Ok(Spans::from_rows([count; 3], self.placement(), parts))
+    }
+
+    /// The runs of the rows of a tile, by z and y.
+    fn tile(&self, [y, z]: [u32; 2]) -> Vec<Vec<[u32; 2]>> {
+        let mut rows = vec![Vec::new(); (TILE * TILE) as usize];
+        let whole = [Piece { start: 0, end: self.resolution as u32, full: None }];
+        self.divide([y, z], [y, z], TILE, &whole, &mut rows);
+        rows
+    }
+
+    /// Looks at the cubes of `side` cells in the pieces of a column of rows that are open, and divides
+    /// those that stay open.
+    fn divide(
+        &self,
+        tile: [u32; 2],
+        [y, z]: [u32; 2],
+        side: u32,
+        open: &[Piece],
+        rows: &mut [Vec<[u32; 2]>],
+    ) {
+        let count = self.resolution as u32;
+        if y >= count || z >= count {
+            return;
+        }
+        let mut pieces: Vec<Piece> = Vec::new();
+        let mut push = |piece: Piece| match pieces.last_mut() {
+            Some(last) if last.full == piece.full && last.end == piece.start => {
+                last.end = piece.end;
+            }
+            _ => pieces.push(piece),
+        };
+        for piece in open {
+            if piece.full.is_some() {
+                push(*piece);
+                continue;
+            }
+            for start in (piece.start..piece.end).step_by(side as usize) {
+                let end = (start + side).min(piece.end);
+                push(Piece { start, end, full: self.look([start, y, z], side) });
+            }
+        }
+        if side == 1 {
+            let row = &mut rows[((z - tile[1]) * TILE + y - tile[0]) as usize];
+            row.extend(pieces.iter().filter(|p| p.full == Some(true)).map(|p| [p.start, p.end]));
+            return;
+        }
+        let half = side / 2;
+        for [y, z] in [[y, z], [y + half, z], [y, z + half], [y + half, z + half]] {
+            self.divide(tile, [y, z], half, &pieces, rows);
+        }
+    }
+
+    /// Whether a cube of cells is full or empty, where that is known.
+    fn look(&self, at: [u32; 3], side: u32) -> Option<bool> {
+        let half = f64::from(side - 1) / 2.0;
+        let axis = self.axis();
+        let value = self.value(at.map(|i| (f64::from(i) + half + axis.offset) / axis.cells));
+        let radius = half * 3f64.sqrt() / axis.cells + ROUNDING;
+        (side == 1 || value.abs() > radius).then_some(value < 0.0)
+    }
+}
+
+/// Cells of a column of rows of which the same is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    start: u32,
+    end: u32,
+    full: Option<bool>,
 }
 
 impl Volume for FieldSamples {
@@ -120,12 +257,12 @@ impl Volume for FieldMask {
     }
 
     fn read(&self, region: Region) -> Result<Block<'_>, VolumeError> {
-        let mask = self.axis().read(self.field, region, |f| u8::from(f < 0.0));
+        let mask = self.axis().read(|p| self.value(p), region, |f| u8::from(f < 0.0));
         Ok(Block::U8(Cow::Owned(mask)))
     }
 
     fn bounds(&self, region: Region) -> Option<[f64; 2]> {
-        let [low, high] = self.axis().bounds(self.field, region)?;
+        let [low, high] = self.axis().bounds(|p| self.value(p), region)?;
         let inside = |f: f64| if f < 0.0 { 1.0 } else { 0.0 };
         Some([inside(high), inside(low)])
     }
