@@ -55,7 +55,7 @@ const TABLE: [(&str, &[&str]); 25] = [
         ],
     ),
     ("rows", &[]),
-    ("samples", &["mesh", "rows", "soup", "spans", "surface", "volume"]),
+    ("samples", &["mesh", "soup", "spans", "surface", "volume"]),
     ("simplify", &["measure", "mesh", "octree"]),
     ("solid", &["measure", "mesh", "soup"]),
     ("soup", &["mesh", "polygon"]),

@@ -4,6 +4,7 @@
 //! the same options. Converting a file is the empty list.
 
 use crate::histogram::Histogram;
+use crate::network::ball::{self, Ball, BallError};
 use crate::network::motion::{self, Motion, MotionError};
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
@@ -91,6 +92,15 @@ pub enum Step {
     Solid(SolidOptions),
     /// Moves a solid, exactly resampled.
     Move(Motion),
+    /// Grows or shrinks a solid by a ball.
+    Ball(BallOptions),
+}
+
+/// How a solid grows or shrinks.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct BallOptions {
+    /// Which of the two, and by how much.
+    pub ball: Ball,
 }
 
 /// What of a volume is inside.
@@ -104,7 +114,7 @@ pub struct SolidOptions {
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 10] = [
+    pub const ALL: [&'static str; 11] = [
         "triangulate",
         "voxelize",
         "surface",
@@ -115,6 +125,7 @@ impl Step {
         "flatten",
         "solid",
         "move",
+        "ball",
     ];
 
     /// Name, as in a steps file.
@@ -130,6 +141,7 @@ impl Step {
             Self::Flatten(_) => Self::ALL[7],
             Self::Solid(_) => Self::ALL[8],
             Self::Move(_) => Self::ALL[9],
+            Self::Ball(_) => Self::ALL[10],
         }
     }
 
@@ -143,7 +155,7 @@ impl Step {
             | Self::Prune(_)
             | Self::Simplify(_)
             | Self::Flatten(_) => Kind::Mesh,
-            Self::Surface(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
+            Self::Surface(_) | Self::Solid(_) | Self::Move(_) | Self::Ball(_) => Kind::Volume,
         }
     }
 
@@ -157,7 +169,7 @@ impl Step {
             | Self::Prune(_)
             | Self::Simplify(_)
             | Self::Flatten(_) => Kind::Mesh,
-            Self::Voxelize(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
+            Self::Voxelize(_) | Self::Solid(_) | Self::Move(_) | Self::Ball(_) => Kind::Volume,
         }
     }
 }
@@ -203,6 +215,9 @@ pub enum StepError {
     /// The solid could not be moved.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// The solid could not be grown or shrunk.
+    #[error(transparent)]
+    Ball(#[from] BallError),
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),
@@ -287,6 +302,10 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
             (Step::Move(motion), Shape::Volume(volume)) => {
                 let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
                 Shape::Volume(Arc::new(motion::transformed(&solid, motion, run)?))
+            }
+            (Step::Ball(options), Shape::Volume(volume)) => {
+                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                Shape::Volume(Arc::new(ball::balled(&solid, options.ball, run)?))
             }
             (Step::Repair(options), Shape::Soup(soup)) => {
                 run.stage("triangulate");
@@ -462,6 +481,7 @@ mod tests {
                 about: None,
                 shift: [1.0, 0.5, 0.0],
             }),
+            Step::Ball(BallOptions { ball: Ball::Erode(1.5) }),
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);

@@ -92,8 +92,74 @@ impl<T> Rows<T> {
         self.slices.push(self.rows.len());
     }
 
+    /// Makes room for what slices of other tables hold.
+    pub fn reserve(&mut self, others: &[&Self], slices: Range<usize>) {
+        let first = |table: &Self, row: usize| row.checked_sub(1).map_or(0, |r| table.rows[r].end);
+        for table in others {
+            let [start, end] = [slices.start, slices.end].map(|z| table.slices[z]);
+            self.rows.reserve(self.rows.len() + end - start);
+            self.items.reserve(self.items.len() + first(table, end) - first(table, start));
+        }
+        self.slices.reserve(slices.len());
+    }
+
+    /// Adds a slice whose rows are made of those of two tables: `merge` adds the items of a row that
+    /// both have; of any other it stays as it is where that table is `kept`.
+    pub fn merge_slice(
+        &mut self,
+        tables: [&Self; 2],
+        z: usize,
+        kept: [bool; 2],
+        merge: impl Fn(&[T], &[T], &mut Vec<T>),
+    ) where
+        T: Copy,
+    {
+        let mut next = tables.map(|t| t.slices[z]);
+        let ends = tables.map(|t| t.slices[z + 1]);
+        let mut items =
+            [0, 1].map(|i| next[i].checked_sub(1).map_or(0, |r| tables[i].rows[r].end));
+        loop {
+            let row = |i: usize| (next[i] < ends[i]).then(|| tables[i].rows[next[i]]);
+            let (first, second) = (row(0), row(1));
+            let own = match (first, second) {
+                (None, None) => break,
+                (Some(a), Some(b)) if a.y == b.y => {
+                    let before = self.items.len();
+                    let [own, other] = [(0, a), (1, b)].map(|(i, r)| &tables[i].items[items[i]..r.end]);
+                    merge(own, other, &mut self.items);
+                    if self.items.len() > before {
+                        self.rows.push(Row { y: a.y, end: self.items.len() });
+                    }
+                    next = next.map(|n| n + 1);
+                    items = [a.end, b.end];
+                    continue;
+                }
+                (Some(a), b) => usize::from(b.is_some_and(|b| b.y < a.y)),
+                (None, Some(_)) => 1,
+            };
+            // All rows that only one of them has up to the next of the other, at once.
+            let until = [second, first][own].map_or(u32::MAX, |r| r.y);
+            let rows = &tables[own].rows[next[own]..ends[own]];
+            let count = rows.iter().take_while(|r| r.y < until).count();
+            let end = rows[count - 1].end;
+            if kept[own] {
+                let to = self.items.len();
+                let moved = |r: &Row| Row { y: r.y, end: r.end - items[own] + to };
+                self.rows.extend(rows[..count].iter().map(moved));
+                self.items.extend_from_slice(&tables[own].items[items[own]..end]);
+            }
+            next[own] += count;
+            items[own] = end;
+        }
+        self.end_slice();
+    }
+
     /// Adds the slices of another table behind its own.
     pub fn append(&mut self, other: Self) {
+        if self.slices.len() == 1 && self.rows.is_empty() {
+            *self = other;
+            return;
+        }
         let (rows, items) = (self.rows.len(), self.items.len());
         self.slices.extend(other.slices[1..].iter().map(|s| s + rows));
         self.rows.extend(other.rows.iter().map(|r| Row { y: r.y, end: r.end + items }));

@@ -3,6 +3,8 @@
 //! Only rows that hold something are kept, so memory grows with the surface and not with the
 //! volume.
 
+pub(crate) mod boxes;
+
 use crate::attributes::LengthUnit;
 use crate::par;
 use crate::rows::Rows;
@@ -55,6 +57,11 @@ impl Spans {
         parts.into_iter().for_each(|part| rows.append(part));
         rows.fill_to(dims[2]);
         Self { dims, placement, rows }
+    }
+
+    /// The table of its runs.
+    pub(crate) fn rows(&self) -> &Rows<[u32; 2]> {
+        &self.rows
     }
 
     /// The samples of a volume that are `iso` or more; those that are 1, of a volume of runs.

@@ -1,13 +1,13 @@
 //! A field as a volume: its values on lattice points, or a mask on cell centres.
 
 use super::field::Field;
-use crate::par;
-use crate::rows::Rows;
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
+use crate::spans::boxes::Boxes;
 use crate::volume::{Block, Placement, Region, ScalarType, Volume, VolumeError};
 use glam::{DMat3, DVec3};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Room for the rounding of field values beside the bound by distance.
 const ROUNDING: f64 = 1e-12;
@@ -43,9 +43,6 @@ pub struct FieldMask {
     pub(super) resolution: usize,
     pub(super) pose: Pose,
 }
-
-/// Rows along y and z that [`FieldMask::spans`] divides as one.
-const TILE: u32 = 16;
 
 /// Positions of samples along any axis: (i + offset)/N.
 #[derive(Clone, Copy)]
@@ -131,91 +128,33 @@ impl FieldMask {
     /// the work is that of the surface.
     pub fn spans(&self, run: &Run) -> Result<Spans, Cancelled> {
         run.stage("cells");
-        let count = self.resolution;
-        let parts = par::blocks(run, count, TILE as usize, |slices| {
-            let z = slices.start as u32;
-            let tiles: Vec<Vec<Vec<[u32; 2]>>> =
-                (0..count as u32).step_by(TILE as usize).map(|y| self.tile([y, z])).collect();
-            let mut rows = Rows::default();
-            for z in 0..slices.len() {
-                for y in 0..count {
-                    let tile = &tiles[y / TILE as usize];
-                    rows.extend(&tile[z * TILE as usize + y % TILE as usize]);
-                    rows.end_row(y as u32);
-                }
-                rows.end_slice();
-            }
-            rows
-        })?;
-        Ok(Spans::from_rows([count; 3], self.placement(), parts))
+        Spans::of_boxes(self.dims(), self.placement(), self, run)
     }
 
-    /// The runs of the rows of a tile, by z and y.
-    fn tile(&self, [y, z]: [u32; 2]) -> Vec<Vec<[u32; 2]>> {
-        let mut rows = vec![Vec::new(); (TILE * TILE) as usize];
-        let whole = [Piece { start: 0, end: self.resolution as u32, full: None }];
-        self.divide([y, z], [y, z], TILE, &whole, &mut rows);
-        rows
-    }
-
-    /// Looks at the cubes of `side` cells in the pieces of a column of rows that are open, and divides
-    /// those that stay open.
-    fn divide(
-        &self,
-        tile: [u32; 2],
-        [y, z]: [u32; 2],
-        side: u32,
-        open: &[Piece],
-        rows: &mut [Vec<[u32; 2]>],
-    ) {
-        let count = self.resolution as u32;
-        if y >= count || z >= count {
-            return;
-        }
-        let mut pieces: Vec<Piece> = Vec::new();
-        let mut push = |piece: Piece| match pieces.last_mut() {
-            Some(last) if last.full == piece.full && last.end == piece.start => {
-                last.end = piece.end;
-            }
-            _ => pieces.push(piece),
-        };
-        for piece in open {
-            if piece.full.is_some() {
-                push(*piece);
-                continue;
-            }
-            for start in (piece.start..piece.end).step_by(side as usize) {
-                let end = (start + side).min(piece.end);
-                push(Piece { start, end, full: self.look([start, y, z], side) });
-            }
-        }
-        if side == 1 {
-            let row = &mut rows[((z - tile[1]) * TILE + y - tile[0]) as usize];
-            row.extend(pieces.iter().filter(|p| p.full == Some(true)).map(|p| [p.start, p.end]));
-            return;
-        }
-        let half = side / 2;
-        for [y, z] in [[y, z], [y + half, z], [y, z + half], [y + half, z + half]] {
-            self.divide(tile, [y, z], half, &pieces, rows);
-        }
-    }
-
-    /// Whether a cube of cells is full or empty, where that is known.
-    fn look(&self, at: [u32; 3], side: u32) -> Option<bool> {
+    /// The field in the middle of a cube of cells, and how much it may differ from that in any.
+    fn about(&self, at: [u32; 3], side: u32) -> [f64; 2] {
         let half = f64::from(side - 1) / 2.0;
         let axis = self.axis();
         let value = self.value(at.map(|i| (f64::from(i) + half + axis.offset) / axis.cells));
-        let radius = half * 3f64.sqrt() / axis.cells + ROUNDING;
-        (side == 1 || value.abs() > radius).then_some(value < 0.0)
+        [value, half * 3f64.sqrt() / axis.cells + ROUNDING]
     }
 }
 
-/// Cells of a column of rows of which the same is known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
-    start: u32,
-    end: u32,
-    full: Option<bool>,
+impl Boxes for FieldMask {
+    const LEAST: u32 = 2;
+
+    fn look(&self, at: [u32; 3], side: u32) -> Option<bool> {
+        let [value, reach] = self.about(at, side);
+        (value.abs() > reach).then_some(value < 0.0)
+    }
+
+    fn row(&self, [y, z]: [u32; 2], cells: Range<u32>, mut push: impl FnMut([u32; 2])) {
+        for x in cells {
+            if self.about([x, y, z], 1)[0] < 0.0 {
+                push([x, x + 1]);
+            }
+        }
+    }
 }
 
 impl Volume for FieldSamples {
