@@ -17,6 +17,7 @@
 
 pub mod ball;
 mod bricks;
+pub mod boundary;
 pub mod census;
 pub mod code;
 pub mod combine;
