@@ -31,7 +31,7 @@ const TABLE: [(&str, &[&str]); 25] = [
     ("lod", &["lattice", "measure", "mesh", "octree", "surface", "volume", "voxelize"]),
     ("measure", &["mesh"]),
     ("mesh", &["soup"]),
-    ("network", &["rows", "spans", "volume"]),
+    ("network", &["mesh", "rows", "spans", "volume"]),
     ("octree", &["bits", "lattice", "mesh", "volume", "voxelize"]),
     ("picture", &["measure", "mesh", "volume"]),
     ("pipeline", ALL),

@@ -8,6 +8,7 @@
 //! - [`combine`]: set operations row by row. [`patches`]: the same on links, as published.
 //!   [`frame`]: one grid for solids on several.
 //! - [`motion`]: rotation and scaling by exact resampling. [`ball`]: growing and shrinking.
+//! - [`boundary`](mod@boundary): the faces of its voxels as a mesh.
 //! - [`compress`]: the two steps of compression, by planes and by ridges, and back. [`census`]: data
 //!   beside the octree's.
 //! - [`code`]: solids as bytes.
@@ -16,8 +17,8 @@
 //! the network model"; specification of the network model (A1 to A5).
 
 pub mod ball;
-mod bricks;
 pub mod boundary;
+mod bricks;
 pub mod census;
 pub mod code;
 pub mod combine;

@@ -5,7 +5,9 @@
 
 use crate::histogram::Histogram;
 use crate::network::ball::{self, Ball, BallError};
+use crate::network::boundary::boundary;
 use crate::network::motion::{self, Motion, MotionError};
+use crate::network::{Network, NetworkError};
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
 use crate::simplify::{self, PruneAccount, PruneOptions, SimplifyAccount, SimplifyOptions};
@@ -94,6 +96,8 @@ pub enum Step {
     Move(Motion),
     /// Grows or shrinks a solid by a ball.
     Ball(BallOptions),
+    /// Solid to the mesh of its voxels' faces.
+    Boundary,
 }
 
 /// How a solid grows or shrinks.
@@ -114,7 +118,7 @@ pub struct SolidOptions {
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 11] = [
+    pub const ALL: [&'static str; 12] = [
         "triangulate",
         "voxelize",
         "surface",
@@ -126,6 +130,7 @@ impl Step {
         "solid",
         "move",
         "ball",
+        "boundary",
     ];
 
     /// Name, as in a steps file.
@@ -142,6 +147,7 @@ impl Step {
             Self::Solid(_) => Self::ALL[8],
             Self::Move(_) => Self::ALL[9],
             Self::Ball(_) => Self::ALL[10],
+            Self::Boundary => Self::ALL[11],
         }
     }
 
@@ -155,7 +161,11 @@ impl Step {
             | Self::Prune(_)
             | Self::Simplify(_)
             | Self::Flatten(_) => Kind::Mesh,
-            Self::Surface(_) | Self::Solid(_) | Self::Move(_) | Self::Ball(_) => Kind::Volume,
+            Self::Surface(_)
+            | Self::Solid(_)
+            | Self::Move(_)
+            | Self::Ball(_)
+            | Self::Boundary => Kind::Volume,
         }
     }
 
@@ -163,6 +173,7 @@ impl Step {
     pub fn gives(&self) -> Kind {
         match self {
             Self::Triangulate
+            | Self::Boundary
             | Self::Surface(_)
             | Self::Repair(_)
             | Self::Sheets(_)
@@ -218,6 +229,9 @@ pub enum StepError {
     /// The solid could not be grown or shrunk.
     #[error(transparent)]
     Ball(#[from] BallError),
+    /// The solid has no network.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),
@@ -306,6 +320,11 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
             (Step::Ball(options), Shape::Volume(volume)) => {
                 let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
                 Shape::Volume(Arc::new(ball::balled(&solid, options.ball, run)?))
+            }
+            (Step::Boundary, Shape::Volume(volume)) => {
+                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                let mesh = boundary(&Network::new(&solid, run)?, run)?;
+                Shape::Soup(mesh.into())
             }
             (Step::Repair(options), Shape::Soup(soup)) => {
                 run.stage("triangulate");
@@ -482,6 +501,7 @@ mod tests {
                 shift: [1.0, 0.5, 0.0],
             }),
             Step::Ball(BallOptions { ball: Ball::Erode(1.5) }),
+            Step::Boundary,
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);

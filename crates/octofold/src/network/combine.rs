@@ -93,6 +93,10 @@ fn merge_single(operation: Operation, a: [u32; 2], b: [u32; 2], out: &mut Vec<[u
             push(a[0], a[1].min(b[0]));
             push(a[0].max(b[1]), a[1]);
         }
+        Operation::SymmetricDifference if a[0].max(b[0]) < a[1].min(b[1]) => {
+            push(a[0].min(b[0]), a[0].max(b[0]));
+            push(a[1].min(b[1]), a[1].max(b[1]));
+        }
         _ => merge(operation, &[a], &[b], |[start, end]| push(start, end)),
     }
 }
