@@ -35,7 +35,8 @@ fn networks(c: &mut Criterion) {
             });
         }
         let Ok(network) = Network::new(&a, &run) else { continue };
-        let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7));
+        let turn =
+            DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7));
         let middle = DVec3::splat((RESOLUTION as f64 - 1.0) / 2.0);
         let Ok(preimage) = Preimage::new(turn, middle - turn * middle) else { continue };
         group.bench_function(format!("{}, turned", sample.name()), |bench| {

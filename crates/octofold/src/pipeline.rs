@@ -161,11 +161,9 @@ impl Step {
             | Self::Prune(_)
             | Self::Simplify(_)
             | Self::Flatten(_) => Kind::Mesh,
-            Self::Surface(_)
-            | Self::Solid(_)
-            | Self::Move(_)
-            | Self::Ball(_)
-            | Self::Boundary => Kind::Volume,
+            Self::Surface(_) | Self::Solid(_) | Self::Move(_) | Self::Ball(_) | Self::Boundary => {
+                Kind::Volume
+            }
         }
     }
 

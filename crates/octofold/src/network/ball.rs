@@ -136,11 +136,7 @@ fn each_row(
 }
 
 /// What two rows have in common.
-fn intersect(
-    a: &[[u32; 2]],
-    mut b: impl Iterator<Item = [u32; 2]>,
-    common: &mut Vec<[u32; 2]>,
-) {
+fn intersect(a: &[[u32; 2]], mut b: impl Iterator<Item = [u32; 2]>, common: &mut Vec<[u32; 2]>) {
     common.clear();
     let (mut i, mut other) = (0, b.next());
     while let (Some(own), Some(run)) = (a.get(i), other) {
@@ -194,7 +190,8 @@ impl Reach {
             return Err(BallError::TooLarge(radius));
         }
         let far = far.map(|n| n as i64);
-        let length = |x: i64, y: i64, z: i64| (axes * DVec3::from([x, y, z].map(|i| i as f64))).length();
+        let length =
+            |x: i64, y: i64, z: i64| (axes * DVec3::from([x, y, z].map(|i| i as f64))).length();
         let mut lines = Vec::new();
         for z in -far[2]..=far[2] {
             for y in -far[1]..=far[1] {
@@ -202,9 +199,10 @@ impl Reach {
                 let away = axes * DVec3::new(0.0, y as f64, z as f64);
                 let middle = -away.dot(axes.x_axis) / axes.x_axis.length_squared();
                 let is_in = |x: &i64| length(*x, y, z) <= radius_too;
-                let half = (radius_too * radius_too - (away + middle * axes.x_axis).length_squared())
-                    .max(0.0)
-                    .sqrt()
+                let half = (radius_too * radius_too
+                    - (away + middle * axes.x_axis).length_squared())
+                .max(0.0)
+                .sqrt()
                     / axes.x_axis.length();
                 let [low, high] = [(middle - half).floor() as i64, (middle + half).ceil() as i64];
                 let first = (low - 1..=high + 1).find(is_in);

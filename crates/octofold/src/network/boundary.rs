@@ -73,7 +73,8 @@ fn strips(network: &Network) -> Vec<Strip> {
     });
     strips.sort_unstable_by_key(|s| (s.direction, s.plane, s.lines, s.start));
     strips.dedup_by(|next, last| {
-        let same = (next.direction, next.plane, next.lines) == (last.direction, last.plane, last.lines);
+        let same =
+            (next.direction, next.plane, next.lines) == (last.direction, last.plane, last.lines);
         let goes_on = same && next.start == last.end;
         if goes_on {
             last.end = next.end;

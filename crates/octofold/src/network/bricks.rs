@@ -61,8 +61,7 @@ impl Grid {
     /// Marks what has a mixed brick beside it.
     fn mark(&mut self) {
         let [w, h, _] = self.dims;
-        let around: [usize; 27] =
-            std::array::from_fn(|i| (i / 9 * h + i / 3 % 3) * w + i % 3);
+        let around: [usize; 27] = std::array::from_fn(|i| (i / 9 * h + i / 3 % 3) * w + i % 3);
         for at in 0..self.states.len() {
             if self.states[at] >= MIXED {
                 // Mixed bricks are never in the outermost ring.
@@ -93,7 +92,8 @@ impl Grid {
                         seen[(state & FULL) as usize] = true;
                     }
                     let place = above.place([x, y, z]);
-                    above.states[place] = if seen == [true; 2] { MIXED } else { u32::from(seen[1]) };
+                    above.states[place] =
+                        if seen == [true; 2] { MIXED } else { u32::from(seen[1]) };
                 }
             }
         }

@@ -4,7 +4,7 @@
 //! items, and bytes. The octree is the region octree of the solid: a node is empty, full, or mixed
 //! and has eight children. Source: specification (A12).
 
-use super::compress::{Compressed, CompressOptions, DataCount, Reading, compress};
+use super::compress::{CompressOptions, Compressed, DataCount, Reading, compress};
 use super::{Network, NetworkError};
 use crate::par;
 use crate::run::Run;

@@ -148,12 +148,7 @@ impl Search<'_> {
             next += 1;
             let at = self.numbered.nodes[node as usize].at();
             let [i, j] = [at[u], at[v]];
-            let beside = [
-                [i + 1, j],
-                [i.wrapping_sub(1), j],
-                [i, j + 1],
-                [i, j.wrapping_sub(1)],
-            ];
+            let beside = [[i + 1, j], [i.wrapping_sub(1), j], [i, j + 1], [i, j.wrapping_sub(1)]];
             for pixel in beside {
                 let Some(found) = self.beneath(plane, pixel) else { continue };
                 let stamp = &mut self.stamps[found as usize];
@@ -175,7 +170,8 @@ impl Search<'_> {
         let origin = start.at().map(i64::from);
         let sign = if up { 1 } else { -1 };
         let place = |at: [i64; 3]| -> Offset {
-            [at[u] - origin[u], at[v] - origin[v], sign * (at[axis] - origin[axis])].map(|i| i as i32)
+            [at[u] - origin[u], at[v] - origin[v], sign * (at[axis] - origin[axis])]
+                .map(|i| i as i32)
         };
         self.stamp += 1;
         let mut half = Half { slopes: Slopes::all(), ..Half::default() };
@@ -238,9 +234,7 @@ impl Search<'_> {
             }
         }
         // Only where it is exposed itself, and not on both sides.
-        let exposed = (0..6).filter(|d| {
-            node.mask >> d & 1 == 1 && node.mask >> (d ^ 1) & 1 == 0
-        });
+        let exposed = (0..6).filter(|d| node.mask >> d & 1 == 1 && node.mask >> (d ^ 1) & 1 == 0);
         let toward = |d: &usize| if d % 2 == 1 { sum[d / 2] } else { -sum[d / 2] };
         exposed.max_by_key(toward).map(|d| (d / 2, d % 2 == 1))
     }

@@ -204,12 +204,7 @@ pub struct Planes {
 
 impl Planes {
     /// Groups the nodes; regions of less than `least` voxels are left alone.
-    pub fn new(
-        numbered: &Numbered,
-        reading: Reading,
-        least: u32,
-        cracks: &mut [u8],
-    ) -> Self {
+    pub fn new(numbered: &Numbered, reading: Reading, least: u32, cracks: &mut [u8]) -> Self {
         let count = numbered.nodes.len() as u32;
         let axes: Vec<Option<u8>> = (0..count).map(|n| numbered.plane_axis(n, reading)).collect();
         let mut planes = Self { nodes: Vec::new(), of: vec![NONE; count as usize], on: Vec::new() };

@@ -164,7 +164,11 @@ impl Desk<'_> {
         for position in Position::ALL {
             let name = position.name();
             let data = self.shares(trials, position);
-            add(&format!("data-{name}.svg"), &format!("Data in percent of the octree's, {name}"), &data)?;
+            add(
+                &format!("data-{name}.svg"),
+                &format!("Data in percent of the octree's, {name}"),
+                &data,
+            )?;
             let times = self.times(trials, position);
             add(&format!("seconds-{name}.svg"), &format!("Seconds on the mean, {name}"), &times)?;
         }

@@ -6,8 +6,11 @@ use super::trial::{Position, Seconds, Trial};
 use octofold::network::compress::Reading;
 use serde::Serialize;
 
-/// What is timed, by name.
-pub const TIMES: [(&str, fn(&Seconds) -> Option<f64>); 5] = [
+/// A time, by name.
+type Timed = (&'static str, fn(&Seconds) -> Option<f64>);
+
+/// What is timed.
+pub const TIMES: [Timed; 5] = [
     ("network", |s| Some(s.network)),
     ("network, compressed", |s| Some(s.network + s.compression)),
     ("octree of runs", |s| Some(s.octree)),
@@ -116,9 +119,8 @@ pub fn growth(trials: &[Trial]) -> Vec<Growth> {
 fn slope(points: &[[f64; 2]]) -> Option<f64> {
     let count = points.len() as f64;
     let middle = [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / count);
-    let product = |i: usize| -> f64 {
-        points.iter().map(|p| (p[0] - middle[0]) * (p[i] - middle[i])).sum()
-    };
+    let product =
+        |i: usize| -> f64 { points.iter().map(|p| (p[0] - middle[0]) * (p[i] - middle[i])).sum() };
     (points.len() > 1).then(|| product(1) / product(0))
 }
 

@@ -224,7 +224,9 @@ mod tests {
 
     #[test]
     fn both_octrees_are_the_same() {
-        for (shape, position) in [(Sample::Gear, Position::Upright), (Sample::Csg1, Position::Turned)] {
+        for (shape, position) in
+            [(Sample::Gear, Position::Upright), (Sample::Csg1, Position::Turned)]
+        {
             let solid = shape.voxels(32).unwrap().posed(position.pose());
             let solid = solid.spans(&Run::default()).unwrap();
             let block = solid.read(Region::all(solid.dims())).unwrap();
