@@ -85,9 +85,9 @@ pub fn write_as(
         let fact = format!("{voxels} voxels along an axis; {MOST_VOXELS} are the most");
         return Err(WriteError::Unfit { format: FORMAT, fact });
     }
-    let solid = Spans::at_least(volume, 0.5, run)?;
-    run.stage("encode");
     let bytes = if layout.bricks {
+        let solid = Spans::at_least(volume, 0.5, run)?;
+        run.stage("encode");
         let (bricks, streams) = bricks::encode(&solid, run)?;
         let mut runs = 0;
         solid.for_each_row(|_, row| runs += row.len() as u64);
@@ -102,8 +102,13 @@ pub fn write_as(
         }
         out
     } else {
+        run.stage("encode");
         let mut writer = SolidWriter::new(dims, volume.placement(), layout.mode);
-        writer.push(&solid, run)?;
+        // Slab by slab, so that no second solid is held.
+        for start in (0..dims[2]).step_by(SLAB) {
+            let slices = start..(start + SLAB).min(dims[2]);
+            writer.push(&Spans::slab_at_least(volume, 0.5, slices, run)?, run)?;
+        }
         writer.finish()
     };
     sink.out.write_all(&bytes).map_err(lost)

@@ -97,6 +97,13 @@ fn gather(flags: &[u8; 64]) -> u64 {
     })
 }
 
+/// Sets the bits from `start` up to `end` of a row.
+pub fn set(row: &mut [u64], start: usize, end: usize) {
+    for w in start / 64..words(end) {
+        row[w] |= below(end, w) & !below(start, w);
+    }
+}
+
 /// Calls `visit` with the position of every set bit, lowest first.
 pub fn ones(mut word: u64, mut visit: impl FnMut(usize)) {
     while word != 0 {
@@ -126,6 +133,17 @@ mod tests {
         assert!(f.is_some_and(|f| (0.1..0.100_000_01).contains(&f)));
         assert_eq!(at_least::<i32>(1e300), None);
         assert_eq!(at_least::<f32>(1e300), Some(f32::INFINITY));
+    }
+
+    #[test]
+    fn ranges_are_set() {
+        for (start, end) in [(0, 0), (0, 64), (3, 9), (60, 70), (64, 128), (1, 191), (191, 192)] {
+            let mut row = vec![0; 3];
+            set(&mut row, start, end);
+            for bit in 0..192 {
+                assert_eq!(row[bit / 64] >> (bit % 64) & 1 == 1, (start..end).contains(&bit));
+            }
+        }
     }
 
     #[test]

@@ -7,7 +7,8 @@
 //!
 //! - [`combine`]: set operations row by row. [`patches`]: the same on links, as published.
 //!   [`frame`]: one grid for solids on several.
-//! - [`motion`]: rotation and scaling by exact resampling.
+//! - [`motion`]: rotation and scaling by exact resampling. [`ball`]: growing and shrinking.
+//! - [`boundary`](mod@boundary): the faces of its voxels as a mesh.
 //! - [`compress`]: the two steps of compression, by planes and by ridges, and back. [`census`]: data
 //!   beside the octree's.
 //! - [`code`]: solids as bytes.
@@ -15,6 +16,9 @@
 //! Source: Fujimura, Kobori and Kutsuwa, "Shape compression of spatial partitioning models using
 //! the network model"; specification of the network model (A1 to A5).
 
+pub mod ball;
+pub mod boundary;
+mod bricks;
 pub mod census;
 pub mod code;
 pub mod combine;
@@ -23,10 +27,13 @@ pub mod frame;
 pub mod links;
 pub mod motion;
 mod numbered;
+mod oblique;
 pub mod patches;
 mod planes;
 mod ridges;
+mod slopes;
 
+pub use oblique::ObliqueNode;
 pub use planes::{Loop, PlaneNode, Turn};
 pub use ridges::EdgeNode;
 

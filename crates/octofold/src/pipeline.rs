@@ -4,7 +4,10 @@
 //! the same options. Converting a file is the empty list.
 
 use crate::histogram::Histogram;
+use crate::network::ball::{self, Ball, BallError};
+use crate::network::boundary::boundary;
 use crate::network::motion::{self, Motion, MotionError};
+use crate::network::{Network, NetworkError};
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
 use crate::simplify::{self, PruneAccount, PruneOptions, SimplifyAccount, SimplifyOptions};
@@ -91,6 +94,17 @@ pub enum Step {
     Solid(SolidOptions),
     /// Moves a solid, exactly resampled.
     Move(Motion),
+    /// Grows or shrinks a solid by a ball.
+    Ball(BallOptions),
+    /// Solid to the mesh of its voxels' faces.
+    Boundary,
+}
+
+/// How a solid grows or shrinks.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct BallOptions {
+    /// Which of the two, and by how much.
+    pub ball: Ball,
 }
 
 /// What of a volume is inside.
@@ -104,7 +118,7 @@ pub struct SolidOptions {
 
 impl Step {
     /// Names of all steps, as in a steps file.
-    pub const ALL: [&'static str; 10] = [
+    pub const ALL: [&'static str; 12] = [
         "triangulate",
         "voxelize",
         "surface",
@@ -115,6 +129,8 @@ impl Step {
         "flatten",
         "solid",
         "move",
+        "ball",
+        "boundary",
     ];
 
     /// Name, as in a steps file.
@@ -130,6 +146,8 @@ impl Step {
             Self::Flatten(_) => Self::ALL[7],
             Self::Solid(_) => Self::ALL[8],
             Self::Move(_) => Self::ALL[9],
+            Self::Ball(_) => Self::ALL[10],
+            Self::Boundary => Self::ALL[11],
         }
     }
 
@@ -143,7 +161,9 @@ impl Step {
             | Self::Prune(_)
             | Self::Simplify(_)
             | Self::Flatten(_) => Kind::Mesh,
-            Self::Surface(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
+            Self::Surface(_) | Self::Solid(_) | Self::Move(_) | Self::Ball(_) | Self::Boundary => {
+                Kind::Volume
+            }
         }
     }
 
@@ -151,13 +171,14 @@ impl Step {
     pub fn gives(&self) -> Kind {
         match self {
             Self::Triangulate
+            | Self::Boundary
             | Self::Surface(_)
             | Self::Repair(_)
             | Self::Sheets(_)
             | Self::Prune(_)
             | Self::Simplify(_)
             | Self::Flatten(_) => Kind::Mesh,
-            Self::Voxelize(_) | Self::Solid(_) | Self::Move(_) => Kind::Volume,
+            Self::Voxelize(_) | Self::Solid(_) | Self::Move(_) | Self::Ball(_) => Kind::Volume,
         }
     }
 }
@@ -203,6 +224,12 @@ pub enum StepError {
     /// The solid could not be moved.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// The solid could not be grown or shrunk.
+    #[error(transparent)]
+    Ball(#[from] BallError),
+    /// The solid has no network.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),
@@ -287,6 +314,15 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
             (Step::Move(motion), Shape::Volume(volume)) => {
                 let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
                 Shape::Volume(Arc::new(motion::transformed(&solid, motion, run)?))
+            }
+            (Step::Ball(options), Shape::Volume(volume)) => {
+                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                Shape::Volume(Arc::new(ball::balled(&solid, options.ball, run)?))
+            }
+            (Step::Boundary, Shape::Volume(volume)) => {
+                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                let mesh = boundary(&Network::new(&solid, run)?, run)?;
+                Shape::Soup(mesh.into())
             }
             (Step::Repair(options), Shape::Soup(soup)) => {
                 run.stage("triangulate");
@@ -462,6 +498,8 @@ mod tests {
                 about: None,
                 shift: [1.0, 0.5, 0.0],
             }),
+            Step::Ball(BallOptions { ball: Ball::Erode(1.5) }),
+            Step::Boundary,
         ];
         let text = serde_json::to_string(&steps).unwrap();
         assert_eq!(serde_json::from_str::<Vec<Step>>(&text).unwrap(), steps);

@@ -5,23 +5,31 @@ use std::ops::Range;
 /// Items by row `(y, z)`, in order of z, y and x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rows<T> {
-    /// First row of each slice z, and the end.
-    slices: Vec<usize>,
+    /// First row and first item of each slice z, and the ends.
+    slices: Vec<First>,
     rows: Vec<Row>,
     items: Vec<T>,
+}
+
+/// Where a slice begins.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct First {
+    row: usize,
+    item: usize,
 }
 
 /// One row that has items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Row {
     y: u32,
-    /// One past its last item; its first is where the row before ends.
-    end: usize,
+    /// One past its last item, counted from the first of its slice; its first is where the row before
+    /// ends.
+    end: u32,
 }
 
 impl<T> Default for Rows<T> {
     fn default() -> Self {
-        Self { slices: vec![0], rows: Vec::new(), items: Vec::new() }
+        Self { slices: vec![First::default()], rows: Vec::new(), items: Vec::new() }
     }
 }
 
@@ -75,28 +83,103 @@ impl<T> Rows<T> {
 
     /// The last item of the row that is being built.
     pub fn last_mut(&mut self) -> Option<&mut T> {
-        let first = self.rows.last().map_or(0, |r| r.end);
+        let first = self.open();
         self.items[first..].last_mut()
+    }
+
+    /// Where the slice that is being built begins.
+    fn first(&self) -> First {
+        self.slices.last().copied().unwrap_or_default()
+    }
+
+    /// The first item of the row that is being built.
+    fn open(&self) -> usize {
+        let First { row, item } = self.first();
+        item + self.rows[row..].last().map_or(0, |r| r.end as usize)
     }
 
     /// Ends row `y`; one without items is not kept.
     pub fn end_row(&mut self, y: u32) {
-        let end = self.items.len();
-        if self.rows.last().map_or(0, |r| r.end) < end {
-            self.rows.push(Row { y, end });
+        if self.open() < self.items.len() {
+            self.rows.push(Row { y, end: (self.items.len() - self.first().item) as u32 });
         }
     }
 
     /// Ends a slice.
     pub fn end_slice(&mut self) {
-        self.slices.push(self.rows.len());
+        self.slices.push(First { row: self.rows.len(), item: self.items.len() });
+    }
+
+    /// Makes room for what slices of other tables hold.
+    pub fn reserve(&mut self, others: &[&Self], slices: Range<usize>) {
+        for table in others {
+            let [start, end] = [slices.start, slices.end].map(|z| table.slices[z]);
+            self.rows.reserve(self.rows.len() + end.row - start.row);
+            self.items.reserve(self.items.len() + end.item - start.item);
+        }
+        self.slices.reserve(slices.len());
+    }
+
+    /// Adds a slice whose rows are made of those of two tables: `merge` adds the items of a row that
+    /// both have; of any other it stays as it is where that table is `kept`.
+    pub fn merge_slice(
+        &mut self,
+        tables: [&Self; 2],
+        z: usize,
+        kept: [bool; 2],
+        merge: impl Fn(&[T], &[T], &mut Vec<T>),
+    ) where
+        T: Copy,
+    {
+        let rows = tables.map(|t| &t.rows[t.slices[z].row..t.slices[z + 1].row]);
+        let items = tables.map(|t| &t.items[t.slices[z].item..t.slices[z + 1].item]);
+        let start = self.items.len();
+        let (mut next, mut from) = ([0; 2], [0; 2]);
+        loop {
+            let [first, second] = [0, 1].map(|i| rows[i].get(next[i]));
+            let own = match (first, second) {
+                (None, None) => break,
+                (Some(a), Some(b)) if a.y == b.y => {
+                    let before = self.items.len();
+                    let own = &items[0][from[0]..a.end as usize];
+                    merge(own, &items[1][from[1]..b.end as usize], &mut self.items);
+                    if self.items.len() > before {
+                        self.rows.push(Row { y: a.y, end: (self.items.len() - start) as u32 });
+                    }
+                    next = next.map(|n| n + 1);
+                    from = [a.end, b.end].map(|end| end as usize);
+                    continue;
+                }
+                (Some(a), b) => usize::from(b.is_some_and(|b| b.y < a.y)),
+                (None, Some(_)) => 1,
+            };
+            // All rows that only one of them has up to the next of the other, at once.
+            let until = [second, first][own].map_or(u32::MAX, |r| r.y);
+            let alone = &rows[own][next[own]..];
+            let count = alone.iter().take_while(|r| r.y < until).count();
+            let end = alone[count - 1].end as usize;
+            if kept[own] {
+                let to = self.items.len() - start;
+                let moved = |r: &Row| Row { y: r.y, end: (r.end as usize - from[own] + to) as u32 };
+                self.rows.extend(alone[..count].iter().map(moved));
+                self.items.extend_from_slice(&items[own][from[own]..end]);
+            }
+            next[own] += count;
+            from[own] = end;
+        }
+        self.end_slice();
     }
 
     /// Adds the slices of another table behind its own.
     pub fn append(&mut self, other: Self) {
+        if self.slices.len() == 1 && self.rows.is_empty() {
+            *self = other;
+            return;
+        }
         let (rows, items) = (self.rows.len(), self.items.len());
-        self.slices.extend(other.slices[1..].iter().map(|s| s + rows));
-        self.rows.extend(other.rows.iter().map(|r| Row { y: r.y, end: r.end + items }));
+        let moved = |s: &First| First { row: s.row + rows, item: s.item + items };
+        self.slices.extend(other.slices[1..].iter().map(moved));
+        self.rows.extend(other.rows);
         self.items.extend(other.items);
     }
 
@@ -108,7 +191,7 @@ impl<T> Rows<T> {
     /// The place among all items of the first of a row, and its items; none beyond the last slice.
     pub fn row(&self, y: usize, z: usize) -> (usize, &[T]) {
         let Some(&[first, end]) = self.slices.get(z..z + 2) else { return (0, &[]) };
-        let slice = &self.rows[first..end];
+        let slice = &self.rows[first.row..end.row];
         let Some(lowest) = slice.first() else { return (0, &[]) };
         // Where no row is missing the place is known.
         let guess = y.wrapping_sub(lowest.y as usize);
@@ -119,7 +202,7 @@ impl<T> Rows<T> {
                 Err(_) => return (0, &[]),
             },
         };
-        let range = self.items_of(first + at);
+        let range = items_of(slice, first.item, at);
         (range.start, &self.items[range])
     }
 
@@ -129,12 +212,16 @@ impl<T> Rows<T> {
         z: usize,
         from: u32,
     ) -> impl ExactSizeIterator<Item = (u32, &[T])> + Clone {
-        let slice = self.slices[z]..self.slices[z + 1];
-        let first = slice.start + self.rows[slice.clone()].partition_point(|r| r.y < from);
-        (first..slice.end).map(|row| (self.rows[row].y, &self.items[self.items_of(row)]))
+        let (first, end) = (self.slices[z], self.slices[z + 1]);
+        let slice = &self.rows[first.row..end.row];
+        let from = slice.partition_point(|r| r.y < from);
+        (from..slice.len())
+            .map(move |row| (slice[row].y, &self.items[items_of(slice, first.item, row)]))
     }
+}
 
-    fn items_of(&self, row: usize) -> Range<usize> {
-        row.checked_sub(1).map_or(0, |before| self.rows[before].end)..self.rows[row].end
-    }
+/// Where the items of a row of a slice are, which begin at `first`.
+fn items_of(slice: &[Row], first: usize, row: usize) -> Range<usize> {
+    let start = row.checked_sub(1).map_or(0, |before| slice[before].end as usize);
+    first + start..first + slice[row].end as usize
 }

@@ -15,7 +15,7 @@ mod product;
 mod scan;
 
 pub use field::Field;
-pub use grid::{FieldMask, FieldSamples};
+pub use grid::{FieldMask, FieldSamples, Pose};
 pub use scan::{ScanCensus, ScanPlan};
 
 use crate::soup::{Soup, SoupBuilder};
@@ -126,7 +126,7 @@ impl Sample {
     /// for shapes that are no solid.
     pub fn voxels(self, resolution: usize) -> Option<FieldMask> {
         let resolution = resolution.clamp(1, MOST_CELLS);
-        self.field().map(|field| FieldMask { field, resolution })
+        self.field().map(|field| FieldMask { field, resolution, pose: Pose::default() })
     }
 
     /// The polygons of a shape that is made of polygons, with `resolution` segments around its

@@ -3,6 +3,8 @@
 //! Only rows that hold something are kept, so memory grows with the surface and not with the
 //! volume.
 
+pub(crate) mod boxes;
+
 use crate::attributes::LengthUnit;
 use crate::par;
 use crate::rows::Rows;
@@ -10,6 +12,7 @@ use crate::run::Run;
 use crate::volume::{Block, Placement, Region, Scalar, ScalarType, Volume, VolumeError};
 use crate::with_samples;
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Slices that one unit of work takes.
 const BLOCK: usize = 8;
@@ -57,20 +60,37 @@ impl Spans {
         Self { dims, placement, rows }
     }
 
+    /// The table of its runs.
+    pub(crate) fn rows(&self) -> &Rows<[u32; 2]> {
+        &self.rows
+    }
+
     /// The samples of a volume that are `iso` or more; those that are 1, of a volume of runs.
     pub fn at_least(volume: &dyn Volume, iso: f64, run: &Run) -> Result<Self, VolumeError> {
-        let dims = volume.dims();
         run.stage("solid");
-        let parts = par::blocks(run, dims[2], BLOCK, |slices| {
+        Self::slab_at_least(volume, iso, 0..volume.dims()[2], run)
+    }
+
+    /// The same of some slices, as a solid of their own.
+    pub fn slab_at_least(
+        volume: &dyn Volume,
+        iso: f64,
+        slices: Range<usize>,
+        run: &Run,
+    ) -> Result<Self, VolumeError> {
+        let [width, height, _] = volume.dims();
+        let parts = par::blocks(run, slices.len(), BLOCK, |block| {
             let mut rows = Rows::default();
-            for z in slices {
-                add_slice(&mut rows, volume, iso, z)?;
+            for z in block {
+                add_slice(&mut rows, volume, iso, slices.start + z)?;
                 rows.end_slice();
             }
             Ok(rows)
         })?;
         let parts = parts.into_iter().collect::<Result<Vec<_>, VolumeError>>()?;
-        Ok(Self::from_rows(dims, volume.placement(), parts))
+        let mut placement = volume.placement();
+        placement.origin = placement.place([0.0, 0.0, slices.start as f64]);
+        Ok(Self::from_rows([width, height, slices.len()], placement, parts))
     }
 
     /// Stacks solids of one width and height, the first lowest.

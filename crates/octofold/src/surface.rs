@@ -182,6 +182,24 @@ mod tests {
         #![proptest_config(crate::sweep::cases(48))]
 
         #[test]
+        fn runs_of_voxels_have_the_surface_of_their_samples(
+            dims in prop::array::uniform3(1usize..80),
+            seed in any::<u64>(),
+            smooth in 2u64..9,
+            open in any::<bool>(),
+        ) {
+            let volume = noise([dims[0], dims[1] % 9 + 1, dims[2] % 9 + 1], seed, smooth);
+            let runs = crate::spans::Spans::at_least(&volume, 0.5, &Run::default()).unwrap();
+            for method in Method::ALL {
+                let open = open && method.is_general();
+                let options = SurfaceOptions { method, open, ..SurfaceOptions::default() };
+                let [a, b] = [&volume as &dyn Volume, &runs]
+                    .map(|v| surface(v, &options, &Run::default()).unwrap());
+                prop_assert!(a == b, "{}", method.name());
+            }
+        }
+
+        #[test]
         fn threads_do_not_change_a_byte(
             dims in prop::array::uniform3(1usize..14),
             seed in any::<u64>(),

@@ -1,5 +1,6 @@
 //! `octofold net`: solids as networks, in files and out of them.
 
+mod ball;
 mod combine;
 mod contains;
 mod decode;
@@ -9,6 +10,7 @@ mod motion;
 
 use crate::job::{Job, Outcome};
 use anyhow::Result;
+use octofold::network::ball::Ball;
 use octofold::network::code::Mode;
 use octofold::network::combine::Operation;
 use octofold_io::ofn::Layout;
@@ -40,6 +42,10 @@ enum Command {
     Xor(combine::Args),
     /// Turn, scale and shift a solid, exactly resampled
     Move(motion::Args),
+    /// Grow a solid by a ball
+    Dilate(ball::Args),
+    /// Shrink a solid by a ball
+    Erode(ball::Args),
     /// Tell whether voxels are in a solid; exit code 1 where one is not
     Contains(contains::Args),
 }
@@ -67,6 +73,8 @@ impl Args {
             Command::Difference(args) => args.run(Operation::Difference, job),
             Command::Xor(args) => args.run(Operation::SymmetricDifference, job),
             Command::Move(args) => args.run(job),
+            Command::Dilate(args) => args.run(Ball::Dilate, job),
+            Command::Erode(args) => args.run(Ball::Erode, job),
             Command::Contains(args) => args.run(job),
         }
     }

@@ -2,6 +2,7 @@
 
 mod chart;
 mod dohi;
+mod fujimura;
 mod nishio;
 mod table;
 
@@ -22,6 +23,8 @@ enum Paper {
     Nishio(nishio::Args),
     /// Broken models to single sheets to paper: Dohi, Mitani, Nishihara and Fukui
     Dohi(dohi::Args),
+    /// The network model and its compression beside the octree: Fujimura, Kobori and Kutsuwa
+    Fujimura(fujimura::Args),
 }
 
 impl Args {
@@ -30,6 +33,7 @@ impl Args {
         match self.paper {
             Paper::Nishio(args) => args.run(job),
             Paper::Dohi(args) => args.run(job),
+            Paper::Fujimura(args) => args.run(job),
         }
     }
 }

@@ -93,16 +93,17 @@ impl Order {
     fn make(&self, run: &Run) -> Result<Shape> {
         let Self { sample, resolution, .. } = *self;
         run.stage("sample");
-        let volume = || -> Option<Shape> {
-            Some(Shape::Volume(if self.gray {
-                Arc::new(sample.volume(resolution)?)
-            } else {
-                Arc::new(sample.voxels(resolution)?)
-            }))
+        let volume = || -> Result<Option<Shape>> {
+            let gray = sample.volume(resolution).filter(|_| self.gray);
+            if let Some(samples) = gray {
+                return Ok(Some(Shape::Volume(Arc::new(samples))));
+            }
+            let solid = sample.voxels(resolution).map(|mask| mask.spans(run)).transpose()?;
+            Ok(solid.map(|solid| Shape::Volume(Arc::new(solid))))
         };
         match self.output.kind() {
             Kind::Mesh => Ok(sample.mesh(resolution, run)?.into()),
-            Kind::Volume => volume().with_context(|| {
+            Kind::Volume => volume()?.with_context(|| {
                 format!("`{}` is made of open sheets: it has no volume", sample.name())
             }),
         }

@@ -4,7 +4,7 @@
 //! items, and bytes. The octree is the region octree of the solid: a node is empty, full, or mixed
 //! and has eight children. Source: specification (A12).
 
-use super::compress::{CompressOptions, DataCount, Reading, compress};
+use super::compress::{CompressOptions, Compressed, DataCount, Reading, compress};
 use super::{Network, NetworkError};
 use crate::par;
 use crate::run::Run;
@@ -59,20 +59,14 @@ pub struct Compression {
     pub of_octree_bytes: f64,
 }
 
-/// Counts everything.
-pub fn census(solid: &Spans, run: &Run) -> Result<Census, NetworkError> {
-    let network = Network::new(solid, run)?;
-    run.stage("octree");
-    let octree = octree(solid);
-    run.check()?;
-    run.stage("compress");
-    let longest = solid.dims().into_iter().max().unwrap_or(1) as u64;
-    let share = |a: u64, b: u64| if b == 0 { 0.0 } else { a as f64 / b as f64 };
-    let compressed = [Reading::Faces, Reading::Six].map(|reading| {
-        let options = CompressOptions { reading, ..CompressOptions::default() };
-        let data = compress(&network, &options).count();
+impl Compression {
+    /// The data of a compressed network beside the octree of the same solid.
+    pub fn new(reading: Reading, compressed: &Compressed, octree: &OctreeCount) -> Self {
+        let longest = compressed.dims.into_iter().max().unwrap_or(1) as u64;
+        let share = |a: u64, b: u64| if b == 0 { 0.0 } else { a as f64 / b as f64 };
+        let data = compressed.count();
         let bytes = plain_bytes(&data, longest);
-        Compression {
+        Self {
             reading,
             data,
             nodes: data.nodes(),
@@ -82,6 +76,19 @@ pub fn census(solid: &Spans, run: &Run) -> Result<Census, NetworkError> {
             bytes,
             of_octree_bytes: share(bytes, octree.bytes),
         }
+    }
+}
+
+/// Counts everything.
+pub fn census(solid: &Spans, run: &Run) -> Result<Census, NetworkError> {
+    let network = Network::new(solid, run)?;
+    run.stage("octree");
+    let octree = octree(solid);
+    run.check()?;
+    run.stage("compress");
+    let compressed = Reading::ALL.map(|reading| {
+        let options = CompressOptions { reading, ..CompressOptions::default() };
+        Compression::new(reading, &compress(&network, &options), &octree)
     });
     Ok(Census {
         voxels: solid.count(),
@@ -95,7 +102,9 @@ pub fn census(solid: &Spans, run: &Run) -> Result<Census, NetworkError> {
 /// Bytes of data in records of fixed size, for grids of so many voxels along the longest axis.
 fn plain_bytes(data: &DataCount, longest: u64) -> u64 {
     let place = u64::from(u64::BITS - (longest - 1).leading_zeros());
+    // A normal has an axis with its sign and two slopes of 22 bits; its offset goes with a place.
     let bits = data.planes * (3 + place)
+        + data.oblique * (3 + 2 * 22 + 22 + place)
         + data.loops * 3 * place
         + data.chain * 3
         + data.edges * (4 * place + 5)

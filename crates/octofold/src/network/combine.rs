@@ -9,8 +9,8 @@ use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
 use crate::volume::Volume;
 
-/// Slices that one unit of work takes.
-const BLOCK: usize = 16;
+/// Slices that one unit of work takes: many, since the tables of all but the first are moved.
+const BLOCK: usize = 256;
 
 /// A set operation. On more than two solids it takes in one after the other, which is what its
 /// variants say of all of them.
@@ -60,47 +60,44 @@ pub fn combine(
 
 /// Combines two solids on one grid.
 fn two(operation: Operation, a: &Spans, b: &Spans, run: &Run) -> Result<Spans, Cancelled> {
+    let kept = [operation.keeps(true, false), operation.keeps(false, true)];
+    let tables = [a.rows(), b.rows()];
     let parts = par::blocks(run, a.dims()[2], BLOCK, |slices| {
         let mut rows = Rows::default();
+        // One table is filled without ever being moved.
+        rows.reserve(&tables, slices.clone());
         for z in slices {
-            slice(operation, a, b, z, &mut rows);
-            rows.end_slice();
+            rows.merge_slice(tables, z, kept, |a, b, out| match (a, b) {
+                ([a], [b]) => merge_single(operation, *a, *b, out),
+                _ => merge(operation, a, b, |run| out.push(run)),
+            });
         }
         rows
     })?;
     Ok(Spans::from_rows(a.dims(), a.placement, parts))
 }
 
-/// One slice of the result.
-fn slice(operation: Operation, a: &Spans, b: &Spans, z: usize, rows: &mut Rows<[u32; 2]>) {
-    let (keeps_a, keeps_b) = (operation.keeps(true, false), operation.keeps(false, true));
-    let (mut a, mut b) = (a.of_slice(z), b.of_slice(z));
-    let (mut next_a, mut next_b) = (a.next(), b.next());
-    loop {
-        let y = match (next_a, next_b) {
-            (None, None) => return,
-            (Some((y, own)), other) if other.is_none_or(|(other, _)| y < other) => {
-                if keeps_a {
-                    rows.extend(own);
-                }
-                next_a = a.next();
-                y
-            }
-            (Some((y, one)), Some((other, two))) if y == other => {
-                merge(operation, one, two, |run| rows.push(run));
-                (next_a, next_b) = (a.next(), b.next());
-                y
-            }
-            (_, Some((y, own))) => {
-                if keeps_b {
-                    rows.extend(own);
-                }
-                next_b = b.next();
-                y
-            }
-            (Some(_), None) => return,
-        };
-        rows.end_row(y);
+/// Runs of the result in a row in which both solids have one run: most rows of most solids.
+fn merge_single(operation: Operation, a: [u32; 2], b: [u32; 2], out: &mut Vec<[u32; 2]>) {
+    let mut push = |start: u32, end: u32| {
+        if start < end {
+            out.push([start, end]);
+        }
+    };
+    match operation {
+        Operation::Union if a[0].max(b[0]) <= a[1].min(b[1]) => {
+            push(a[0].min(b[0]), a[1].max(b[1]));
+        }
+        Operation::Intersection => push(a[0].max(b[0]), a[1].min(b[1])),
+        Operation::Difference => {
+            push(a[0], a[1].min(b[0]));
+            push(a[0].max(b[1]), a[1]);
+        }
+        Operation::SymmetricDifference if a[0].max(b[0]) < a[1].min(b[1]) => {
+            push(a[0].min(b[0]), a[0].max(b[0]));
+            push(a[1].min(b[1]), a[1].max(b[1]));
+        }
+        _ => merge(operation, &[a], &[b], |[start, end]| push(start, end)),
     }
 }
 

@@ -1,9 +1,10 @@
 //! A network in the form that the paper compresses it to, and back.
 //!
 //! Planes, then ridges, then the nodes that are left; nothing is lost. Source: specification (A8 to
-//! A10, A12).
+//! A10, A12); beyond the paper, planes of any direction (D3.6).
 
 use super::numbered::Numbered;
+use super::oblique::{ObliqueNode, oblique};
 use super::planes::{PlaneNode, Planes};
 use super::ridges::{EdgeNode, ridges};
 use super::{Network, Node};
@@ -11,6 +12,9 @@ use crate::par;
 use crate::volume::Placement;
 
 pub use super::planes::Reading;
+
+/// Planes along the axes of fewer voxels are left to those of any direction.
+const LEAST_TERRACE: u32 = 512;
 
 /// How a network is compressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +40,9 @@ pub struct Compressed {
     pub placement: Placement,
     /// Regions of planes.
     pub planes: Vec<PlaneNode>,
-    /// Straight ridges between their loops.
+    /// Regions of planes of any direction, where these were asked for.
+    pub oblique: Vec<ObliqueNode>,
+    /// Straight ridges between the loops of planes.
     pub edges: Vec<EdgeNode>,
     /// All other voxels of the surface.
     pub rest: Vec<Node>,
@@ -45,8 +51,10 @@ pub struct Compressed {
 /// How many data a compressed network has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct DataCount {
-    /// Plane nodes.
+    /// Plane nodes along the axes.
     pub planes: u64,
+    /// Plane nodes of any other direction.
+    pub oblique: u64,
     /// Edge nodes.
     pub edges: u64,
     /// Single voxels.
@@ -58,9 +66,9 @@ pub struct DataCount {
 }
 
 impl DataCount {
-    /// Planes, edges and voxels: most probably what the paper counts.
+    /// Planes of all kinds, edges and voxels: most probably what the paper counts.
     pub fn nodes(&self) -> u64 {
-        self.planes + self.edges + self.voxels
+        self.planes + self.oblique + self.edges + self.voxels
     }
 
     /// With the loops, and with their chains at three bits a step in words of 32 bits.
@@ -72,12 +80,23 @@ impl DataCount {
 /// Compresses a network in the paper's two steps.
 pub fn compress(network: &Network, options: &CompressOptions) -> Compressed {
     let numbered = Numbered::new(network);
-    let planes = Planes::new(&numbered, options.reading, options.least_area);
+    let mut cracks = vec![0; numbered.nodes.len()];
+    let is_oblique = options.reading == Reading::Oblique;
+    // Terraces of a slope are better kept as parts of the slope.
+    let least = options.least_area.max(if is_oblique { LEAST_TERRACE } else { 1 });
+    let mut planes = Planes::new(&numbered, options.reading, least, &mut cracks);
+    let first = planes.nodes.len() as u32;
+    let slopes = if is_oblique {
+        oblique(&numbered, &mut planes.of, &mut cracks, first)
+    } else {
+        Vec::new()
+    };
     let (edges, rest) = ridges(&numbered, &planes, options.reading);
     Compressed {
         dims: network.dims(),
         placement: network.placement,
         planes: planes.nodes,
+        oblique: slopes,
         edges,
         rest,
     }
@@ -89,15 +108,18 @@ impl Compressed {
         let mut nodes = self.rest.clone();
         nodes.extend(self.edges.iter().flat_map(EdgeNode::nodes));
         nodes.extend(par::map(&self.planes, PlaneNode::nodes).into_iter().flatten());
+        nodes.extend(par::map(&self.oblique, ObliqueNode::nodes).into_iter().flatten());
         par::sort(&mut nodes);
         Network::from_nodes(self.dims, self.placement, nodes)
     }
 
     /// How many data it has.
     pub fn count(&self) -> DataCount {
-        let loops = || self.planes.iter().flat_map(|p| &p.loops);
+        let oblique = self.oblique.iter().flat_map(|p| &p.loops);
+        let loops = || self.planes.iter().flat_map(|p| &p.loops).chain(oblique.clone());
         DataCount {
             planes: self.planes.len() as u64,
+            oblique: self.oblique.len() as u64,
             edges: self.edges.len() as u64,
             voxels: self.rest.len() as u64,
             loops: loops().count() as u64,

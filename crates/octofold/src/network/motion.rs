@@ -1,16 +1,16 @@
 //! Rigid motion and scaling, exactly.
 //!
 //! A voxel of the result is filled where the voxel that holds its centre's preimage is: no holes, and
-//! the same bits everywhere, since preimages are sums of integers. The work is that of the surface:
-//! where a voxel of the result differs from a neighbour, the way between their preimages passes
-//! through a surface voxel, so the preimage lies within the length of that way plus half a voxel's
-//! diagonal of a node. Only such a band is looked up; between its parts rows do not change. Source:
-//! specification (A7).
+//! the same bits everywhere, since preimages are sums of integers. The work is that of the surface: a
+//! cube of voxels of the result whose preimage keeps away from all nodes is full or empty as a whole,
+//! which one look into a grid of bricks tells; other cubes are divided, and rows of the smallest walk
+//! through the voxels of the solid. Source: specification (A7).
 
-use super::{MOST_VOXELS, Network, NetworkError, Stretch};
-use crate::par;
+use super::bricks::Bricks;
+use super::{MOST_VOXELS, Network, NetworkError};
 use crate::run::{Cancelled, Run};
 use crate::spans::Spans;
+use crate::spans::boxes::{Boxes, TILE};
 use crate::volume::Placement;
 use glam::{DMat3, DVec3};
 use std::ops::Range;
@@ -26,12 +26,6 @@ const SNAP: f64 = 1e-9;
 
 /// How many voxels away a result may lie.
 const FAR: f64 = 268_435_456.0;
-
-/// Stretches that one unit of work takes.
-const BLOCK: usize = 4096;
-
-/// Rows of the result that one unit of work takes.
-const ROWS: usize = 256;
 
 /// Why a solid cannot be moved so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -96,10 +90,12 @@ impl Preimage {
         })
     }
 
-    /// The same in double precision: the matrix, and the preimage of voxel 0 0 0.
-    fn in_doubles(&self) -> (DMat3, DVec3) {
+    /// How far from the middle's preimage those of a cube of voxels may lie.
+    fn reach(&self, side: u32) -> f64 {
         let [x, y, z] = self.columns.map(|c| DVec3::from(c.map(|x| x as f64 / ONE)));
-        (DMat3::from_cols(x, y, z), DVec3::from(self.start.map(|x| x as f64 / ONE)) - 0.5)
+        let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
+        let far = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
+        f64::from(side - 1) / 2.0 * far
     }
 }
 
@@ -165,196 +161,53 @@ pub fn moved(
     run: &Run,
 ) -> Result<Spans, MotionError> {
     run.stage("motion");
-    let band = Band::new(preimage, dims)?;
-    let mut stretches: Vec<([u32; 2], Stretch)> = Vec::new();
-    network.for_each_row(|row, own| stretches.extend(own.iter().map(|&s| (row, s))));
-    let parts = par::blocks(run, stretches.len(), BLOCK, |range| {
-        let mut parts = Vec::new();
-        for &(row, stretch) in &stretches[range] {
-            band.round(row, stretch, |part| parts.push(part));
-        }
-        parts
-    })?;
-    let mut parts = parts.concat();
-    par::sort(&mut parts);
-    let mut rows: Vec<([u32; 2], &[Part])> =
-        parts.chunk_by(|a, b| a.row == b.row).map(|parts| (parts[0].row, parts)).collect();
-    let cut = band.cut_rows(&stretches);
-    if let Some(cut) = &cut {
-        let of_row = |row| rows.binary_search_by_key(&row, |r| r.0).map_or(&[][..], |i| rows[i].1);
-        rows = cut.iter().map(|&row| (row, of_row(row))).collect();
-    }
     let solid = network.spans();
-    let found = par::blocks(run, rows.len(), ROWS, |range| {
-        let runs = |&(row, parts): &([u32; 2], &[Part])| {
-            let [z, y] = row;
-            let runs = fill(&solid, preimage, row, parts, [cut.is_some() as u32, dims[0] as u32]);
-            runs.into_iter().map(move |run| ([y, z], run))
-        };
-        rows[range].iter().flat_map(runs).collect::<Vec<_>>()
-    })?;
-    Ok(Spans::from_runs(dims, placement, found.into_iter().flatten()))
+    let reach = |side: u32| preimage.reach(side) + SLACK;
+    let bricks = Bricks::new(network, &solid, reach(TILE));
+    let sides = (0..=TILE.ilog2()).map(|i| bricks.grid_for(reach(1 << i))).collect();
+    let image = Image { preimage, bricks, grids: sides };
+    Ok(Spans::of_boxes(dims, placement, &image, run)?)
 }
 
-/// Voxels of one row of the result that must be looked up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Part {
-    /// z and y.
-    row: [u32; 2],
-    start: u32,
-    end: u32,
+/// A solid seen through a motion.
+struct Image<'a> {
+    preimage: &'a Preimage,
+    bricks: Bricks,
+    /// The grid that tells of the preimages of cubes, by the logarithm of their side.
+    grids: Vec<Option<usize>>,
 }
 
-/// The voxels of the result whose preimages lie near nodes.
-struct Band {
-    inverse: DMat3,
-    origin: DVec3,
-    linear: DMat3,
-    reach: f64,
-    /// How far the band reaches beyond an image of a node along each axis.
-    wide: DVec3,
-    dims: [usize; 3],
-}
+impl Boxes for Image<'_> {
+    const LEAST: u32 = 4;
 
-impl Band {
-    fn new(preimage: &Preimage, dims: [usize; 3]) -> Result<Self, MotionError> {
-        let (inverse, origin) = preimage.in_doubles();
-        let linear = inverse.inverse();
-        if !linear.is_finite() {
-            return Err(MotionError::Flat);
-        }
-        let step = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(DVec3::length);
-        let reach = step[0].max(step[1]).max(step[2]) + 0.75f64.sqrt() + SLACK;
-        let rows = linear.transpose();
-        let wide = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
-        Ok(Self { inverse, origin, linear, reach, wide: wide * reach, dims })
-    }
-
-    /// Calls `visit` with the rows round a stretch.
-    fn round(&self, [y, z]: [u32; 2], stretch: Stretch, mut visit: impl FnMut(Part)) {
-        let ends = [stretch.start, stretch.end - 1];
-        let ends = ends.map(|x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
-        let [a, b] = ends.map(|p| self.linear * (p - self.origin));
-        let (low, high) = (a.min(b) - self.wide, a.max(b) + self.wide);
-        for z in self.clip(2, low.z, high.z) {
-            // Only a part of the stretch is near this slice.
-            let along = |z: f64| ((z - a.z) / (b.z - a.z)).clamp(0.0, 1.0);
-            let near = if (b.z - a.z).abs() < 1e-9 {
-                [0.0, 1.0]
-            } else {
-                let z = f64::from(z);
-                let [p, q] = [along(z - self.wide.z), along(z + self.wide.z)];
-                [p.min(q), p.max(q)]
-            };
-            let [p, q] = near.map(|t| a.y + (b.y - a.y) * t);
-            for y in self.clip(1, p.min(q) - self.wide.y, p.max(q) + self.wide.y) {
-                if let Some([start, end]) = self.on_row([z, y], ends) {
-                    let span = self.clip(0, start, end);
-                    if !span.is_empty() {
-                        visit(Part { row: [z, y], start: span.start, end: span.end });
-                    }
-                }
-            }
-        }
-    }
-
-    /// All rows that may hold something, where the grid cuts through the solid at its low end along
-    /// x: such rows may begin inside, far from any node.
-    fn cut_rows(&self, stretches: &[([u32; 2], Stretch)]) -> Option<Vec<[u32; 2]>> {
-        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let nodes = stretches.iter().flat_map(|&([y, z], s)| {
-            [s.start, s.end - 1].map(|x| DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
+    fn look(&self, at: [u32; 3], side: u32) -> Option<bool> {
+        let grid = self.grids[side.ilog2() as usize]?;
+        let half = i64::from(side - 1);
+        let from = self.preimage.fixed(at);
+        let middle = std::array::from_fn(|a| {
+            let steps: i64 = self.preimage.columns.iter().map(|c| (c[a] * half) >> 1).sum();
+            (from[a] + steps) >> 32
         });
-        let images = nodes.map(|p| self.linear * (p - self.origin));
-        let (low, high) = images.fold(none, |(low, high), at| (low.min(at), high.max(at)));
-        let (low, high) = (low - self.wide, high + self.wide);
-        (low.x < 0.0).then(|| {
-            let slices = self.clip(2, low.z, high.z);
-            slices.flat_map(|z| self.clip(1, low.y, high.y).map(move |y| [z, y])).collect()
-        })
+        self.bricks.ball(grid, middle)
     }
 
-    /// Places from `low` to `high` in the grid.
-    fn clip(&self, axis: usize, low: f64, high: f64) -> Range<u32> {
-        let last = self.dims[axis] as f64 - 1.0;
-        if high < 0.0 || low > last {
-            return 0..0;
-        }
-        low.ceil().max(0.0) as u32..high.floor().min(last) as u32 + 1
-    }
-
-    /// From where to where a row's preimages lie within reach of the way between two nodes along x.
-    fn on_row(&self, [z, y]: [u32; 2], [a, b]: [DVec3; 2]) -> Option<[f64; 2]> {
-        let from =
-            self.origin + self.inverse.y_axis * f64::from(y) + self.inverse.z_axis * f64::from(z);
-        let way = self.inverse.x_axis;
-        let mut found: Option<[f64; 2]> = None;
-        let mut add = |[low, high]: [f64; 2]| {
-            let [l, h] = found.unwrap_or([low, high]);
-            found = Some([l.min(low), h.max(high)]);
-        };
-        for end in [a, b] {
-            if let Some(near) = within(from - end, way, self.reach) {
-                add(near);
-            }
-        }
-        // Straight beside the way: within reach of the line, and between its ends.
-        let flat = |v: DVec3| DVec3::new(0.0, v.y, v.z);
-        if let Some([low, high]) = within(flat(from - a), flat(way), self.reach) {
-            let [p, q] = [a, b].map(|end| (end.x - from.x) / way.x);
-            let between = if way.x == 0.0 {
-                (a.x..=b.x).contains(&from.x).then_some([low, high])
-            } else {
-                let (low, high) = (low.max(p.min(q)), high.min(p.max(q)));
-                (low <= high).then_some([low, high])
-            };
-            if let Some(between) = between {
-                add(between);
-            }
-        }
-        found
-    }
-}
-
-/// Where `from + t way` is no longer than `reach`.
-fn within(from: DVec3, way: DVec3, reach: f64) -> Option<[f64; 2]> {
-    let (a, b) = (way.length_squared(), from.dot(way));
-    let c = from.length_squared() - reach * reach;
-    if a == 0.0 {
-        return (c <= 0.0).then_some([f64::NEG_INFINITY, f64::INFINITY]);
-    }
-    let root = b * b - a * c;
-    (root >= 0.0).then(|| [(-b - root.sqrt()) / a, (-b + root.sqrt()) / a])
-}
-
-/// The runs of a row of the result, of which `parts` must be looked up; so must its first voxels.
-fn fill(
-    solid: &Spans,
-    preimage: &Preimage,
-    [z, y]: [u32; 2],
-    parts: &[Part],
-    [first, width]: [u32; 2],
-) -> Vec<[u32; 2]> {
-    let mut runs = Vec::new();
-    let mut start = None;
-    let mut next = 0;
-    for (from, to) in std::iter::once((0, first)).chain(parts.iter().map(|p| (p.start, p.end))) {
-        for x in from.max(next)..to {
-            let at = preimage.of([x, y, z]);
-            let inside = at.iter().all(|&i| (0..1 << 17).contains(&i))
-                && solid.contains(at.map(|i| i as u32));
-            match (start, inside) {
+    fn row(&self, [y, z]: [u32; 2], cells: Range<u32>, mut push: impl FnMut([u32; 2])) {
+        let mut at = self.preimage.fixed([cells.start, y, z]);
+        let step = self.preimage.columns[0];
+        let mut start = None;
+        for x in cells.clone() {
+            match (start, self.bricks.contains(at.map(|i| i >> 32))) {
                 (None, true) => start = Some(x),
                 (Some(from), false) => {
-                    runs.push([from, x]);
+                    push([from, x]);
                     start = None;
                 }
                 _ => {}
             }
+            at = [0, 1, 2].map(|a| at[a].wrapping_add(step[a]));
         }
-        next = next.max(to);
+        if let Some(from) = start {
+            push([from, cells.end]);
+        }
     }
-    // Beyond the last part nothing changes.
-    runs.extend(start.map(|from| [from, width]));
-    runs
 }

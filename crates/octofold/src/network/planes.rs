@@ -19,6 +19,22 @@ pub enum Reading {
     Faces,
     /// Surface voxels that share a face are linked: the reading that fits the paper's figures.
     Six,
+    /// As [`Reading::Faces`], and planes of any direction besides those along the axes.
+    Oblique,
+}
+
+impl Reading {
+    /// Every reading.
+    pub const ALL: [Self; 3] = [Self::Faces, Self::Six, Self::Oblique];
+
+    /// Its name, as in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Faces => "faces",
+            Self::Six => "six",
+            Self::Oblique => "oblique",
+        }
+    }
 }
 
 /// A region of a plane.
@@ -67,28 +83,14 @@ impl PlaneNode {
 
     /// Its voxels.
     pub fn nodes(&self) -> Vec<Node> {
-        // Where the boundary crosses each line along the first axis.
-        let mut ends: Vec<[u32; 2]> = Vec::new();
-        for chain in &self.loops {
-            for ([u, v], side) in chain.cracks() {
-                match side {
-                    0 => ends.push([v, u + 1]),
-                    2 => ends.push([v, u]),
-                    _ => {}
-                }
-            }
-        }
-        ends.sort_unstable();
         let [u, v] = self.axes();
         let mut nodes = Vec::with_capacity(self.area as usize);
-        for pair in ends.chunks_exact(2) {
-            for i in pair[0][1]..pair[1][1] {
-                let mut at = [0; 3];
-                (at[self.axis as usize], at[u], at[v]) = (u32::from(self.place), i, pair[0][0]);
-                let [x, y, z] = at.map(|i| i as u16);
-                nodes.push(Node { zyx: [z, y, x], mask: self.mask });
-            }
-        }
+        pixels(&self.loops, |[i, j]| {
+            let mut at = [0; 3];
+            (at[self.axis as usize], at[u], at[v]) = (u32::from(self.place), i, j);
+            let [x, y, z] = at.map(|i| i as u16);
+            nodes.push(Node { zyx: [z, y, x], mask: self.mask });
+        });
         nodes
     }
 }
@@ -117,6 +119,25 @@ impl Loop {
     }
 }
 
+/// Calls `visit` with every pixel of the region that loops bound.
+pub fn pixels(loops: &[Loop], mut visit: impl FnMut([u32; 2])) {
+    // Where the boundary crosses each line along the first axis.
+    let mut ends: Vec<[u32; 2]> = Vec::new();
+    for chain in loops {
+        for ([u, v], side) in chain.cracks() {
+            match side {
+                0 => ends.push([v, u + 1]),
+                2 => ends.push([v, u]),
+                _ => {}
+            }
+        }
+    }
+    ends.sort_unstable();
+    for pair in ends.chunks_exact(2) {
+        (pair[0][1]..pair[1][1]).for_each(|i| visit([i, pair[0][0]]));
+    }
+}
+
 /// The pixel beyond a side; never below 0 where it is asked for.
 fn beyond([u, v]: [u32; 2], side: u8) -> [u32; 2] {
     match side {
@@ -138,7 +159,8 @@ fn after((pixel, side): ([u32; 2], u8), turn: Turn) -> ([u32; 2], u8) {
     }
 }
 
-fn axes_of(axis: u8, mask: Mask) -> [usize; 2] {
+/// The two axes square to one, seen from where voxels of a mask are exposed.
+pub fn axes_of(axis: u8, mask: Mask) -> [usize; 2] {
     let [u, v] = [(axis as usize + 1) % 3, (axis as usize + 2) % 3];
     // From below the plane is seen mirrored.
     if mask & 2 << (2 * axis) == 0 { [v, u] } else { [u, v] }
@@ -149,7 +171,7 @@ impl Numbered<'_> {
     fn plane_axis(&self, node: u32, reading: Reading) -> Option<u8> {
         let mask = self.nodes[node as usize].mask;
         match reading {
-            Reading::Faces => {
+            Reading::Faces | Reading::Oblique => {
                 let axis = (0..3).find(|a| mask & !(3 << (2 * a)) == 0)?;
                 let flat = tangents(2 * axis).into_iter().all(|t| {
                     let beside = self.beside(node, t);
@@ -182,12 +204,11 @@ pub struct Planes {
 
 impl Planes {
     /// Groups the nodes; regions of less than `least` voxels are left alone.
-    pub fn new(numbered: &Numbered, reading: Reading, least: u32) -> Self {
+    pub fn new(numbered: &Numbered, reading: Reading, least: u32, cracks: &mut [u8]) -> Self {
         let count = numbered.nodes.len() as u32;
         let axes: Vec<Option<u8>> = (0..count).map(|n| numbered.plane_axis(n, reading)).collect();
         let mut planes = Self { nodes: Vec::new(), of: vec![NONE; count as usize], on: Vec::new() };
         let mut seen = vec![false; count as usize];
-        let mut cracks = vec![0u8; count as usize];
         let mut loops = 0;
         let mut region = Vec::new();
         for first in 0..count {
@@ -221,65 +242,68 @@ impl Planes {
             let area = region.len() as u32;
             let mut plane = PlaneNode { axis, place, mask, area, loops: Vec::new() };
             region.sort_unstable();
-            planes.trace(numbered, &mut plane, &region, &mut cracks, &mut loops);
+            let [u, v] = plane.axes();
+            let find = |[i, j]: [u32; 2]| {
+                let mut at = [0; 3];
+                (at[axis as usize], at[u], at[v]) = (u32::from(place), i, j);
+                numbered.find(at)
+            };
+            let (of, on) = (&planes.of, &mut planes.on);
+            let is_in = |pixel| find(pixel).filter(|&n| of[n as usize] == number);
+            plane.loops = trace(numbered, [u, v], &region, cracks, is_in, |own, outside| {
+                on.extend(find(outside).map(|n| (n, loops + own as u32)));
+            });
+            loops += plane.loops.len() as u32;
             planes.nodes.push(plane);
         }
         planes.on.sort_unstable();
         planes.on.dedup();
         planes
     }
+}
 
-    /// Follows the boundary of a region, the last of all; `cracks` tells those that were seen, as
-    /// sides of each node.
-    fn trace(
-        &mut self,
-        numbered: &Numbered,
-        plane: &mut PlaneNode,
-        region: &[u32],
-        cracks: &mut [u8],
-        loops: &mut u32,
-    ) {
-        let (axis, number, [u, v]) = (plane.axis, self.nodes.len() as u32, plane.axes());
-        let find = |[i, j]: [u32; 2]| {
-            let mut at = [0; 3];
-            (at[axis as usize], at[u], at[v]) = (u32::from(plane.place), i, j);
-            numbered.find(at)
-        };
-        let of = &self.of;
-        let is_in = |pixel| find(pixel).filter(|&n| of[n as usize] == number);
-        for &node in region {
-            let at = numbered.nodes[node as usize].at();
-            let pixel = [at[u], at[v]];
-            for side in 0..4u8 {
-                if cracks[node as usize] >> side & 1 == 1 || is_in(beyond(pixel, side)).is_some() {
-                    continue;
-                }
-                let mut turns = Vec::new();
-                let mut here = (pixel, side);
-                loop {
-                    let (pixel, side) = here;
-                    if let Some(outside) = find(beyond(pixel, side)) {
-                        self.on.push((outside, *loops));
-                    }
-                    let Some(own) = is_in(pixel) else { break };
-                    if cracks[own as usize] >> side & 1 == 1 {
-                        break;
-                    }
-                    cracks[own as usize] |= 1 << side;
-                    let ahead = beyond(pixel, (side + 3) % 4);
-                    let turn = if is_in(ahead).is_none() {
-                        Turn::Right
-                    } else if is_in(beyond(ahead, side)).is_none() {
-                        Turn::Straight
-                    } else {
-                        Turn::Left
-                    };
-                    turns.push(turn);
-                    here = after(here, turn);
-                }
-                *loops += 1;
-                plane.loops.push(Loop { start: pixel.map(|i| i as u16), side, turns });
+/// The loops of a region of nodes that is seen along two axes. `cracks` tells the sides of each node
+/// that were seen, `is_in` the node of a pixel in the region; `meet` hears of the pixels outside of each
+/// loop.
+pub fn trace(
+    numbered: &Numbered,
+    [u, v]: [usize; 2],
+    region: &[u32],
+    cracks: &mut [u8],
+    is_in: impl Fn([u32; 2]) -> Option<u32>,
+    mut meet: impl FnMut(usize, [u32; 2]),
+) -> Vec<Loop> {
+    let mut loops: Vec<Loop> = Vec::new();
+    for &node in region {
+        let at = numbered.nodes[node as usize].at();
+        let pixel = [at[u], at[v]];
+        for side in 0..4u8 {
+            if cracks[node as usize] >> side & 1 == 1 || is_in(beyond(pixel, side)).is_some() {
+                continue;
             }
+            let mut turns = Vec::new();
+            let mut here = (pixel, side);
+            loop {
+                let (pixel, side) = here;
+                meet(loops.len(), beyond(pixel, side));
+                let Some(own) = is_in(pixel) else { break };
+                if cracks[own as usize] >> side & 1 == 1 {
+                    break;
+                }
+                cracks[own as usize] |= 1 << side;
+                let ahead = beyond(pixel, (side + 3) % 4);
+                let turn = if is_in(ahead).is_none() {
+                    Turn::Right
+                } else if is_in(beyond(ahead, side)).is_none() {
+                    Turn::Straight
+                } else {
+                    Turn::Left
+                };
+                turns.push(turn);
+                here = after(here, turn);
+            }
+            loops.push(Loop { start: pixel.map(|i| i as u16), side, turns });
         }
     }
+    loops
 }

@@ -100,7 +100,7 @@ fn pair(numbered: &Numbered, planes: &Planes, reading: Reading, node: u32) -> Op
         planes.on[first..].iter().take_while(move |m| m.0 == node).map(|m| m.1)
     };
     let mut loops: Vec<u32> = on(node).collect();
-    if reading == Reading::Faces {
+    if reading != Reading::Six {
         let Node { mask, .. } = numbered.nodes[node as usize];
         let at = numbered.nodes[node as usize].at();
         let contains = |at| numbered.contains(at);

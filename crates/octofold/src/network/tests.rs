@@ -1,5 +1,6 @@
 //! What is claimed of networks, on noise of every coarseness and on shapes.
 
+use super::ball::{Ball, BallError, balled};
 use super::census::{census, octree};
 use super::combine::{Operation, combine};
 use super::compress::{CompressOptions, Reading, compress};
@@ -93,9 +94,9 @@ proptest! {
     }
 
     #[test]
-    fn compression_loses_nothing(solid in solids(), least_area in 1u32..6, six in any::<bool>()) {
+    fn compression_loses_nothing(solid in solids(), least_area in 1u32..6, reading in 0..3usize) {
         let network = Network::new(&solid, &Run::default()).unwrap();
-        let reading = if six { Reading::Six } else { Reading::Faces };
+        let reading = Reading::ALL[reading];
         let compressed = compress(&network, &CompressOptions { reading, least_area });
         prop_assert_eq!(&compressed.decompress(), &network);
         for plane in &compressed.planes {
@@ -304,6 +305,65 @@ proptest! {
         prop_assert_eq!(count.mixed, mixed(&solid, [0; 3], side as u32));
         prop_assert_eq!(count.nodes, 1 + 8 * count.mixed);
     }
+}
+
+proptest! {
+    #![proptest_config(crate::sweep::cases(40))]
+
+    #[test]
+    fn balls_reach_what_is_no_further_than_their_radius(
+        solid in solids(),
+        radius in 0.0f64..4.0,
+        whole in any::<bool>(),
+        side in prop::array::uniform3(0.6f64..2.0),
+        lean in -0.5f64..0.5,
+    ) {
+        let mut solid = solid;
+        let radius = if whole { radius.floor() } else { radius };
+        solid.placement.axes = if whole {
+            Placement::default().axes
+        } else {
+            [[side[0], 0.0, 0.0], [lean, side[1], 0.0], [0.0, -lean, side[2]]]
+        };
+        let far = |a: [i64; 3], b: [i64; 3]| {
+            let axes = DMat3::from_cols_array_2d(&solid.placement.axes);
+            (axes * DVec3::from([0, 1, 2].map(|i| (a[i] - b[i]) as f64))).length()
+        };
+        let dilated = balled(&solid, Ball::Dilate(radius), &Run::default()).unwrap();
+        let eroded = balled(&solid, Ball::Erode(radius), &Run::default()).unwrap();
+        prop_assert_eq!(eroded.dims(), solid.dims());
+        let wide = [0, 1, 2].map(|a| (dilated.dims()[a] - solid.dims()[a]) as i64 / 2);
+        let filled: Vec<[i64; 3]> = every_voxel(solid.dims())
+            .filter(|&at| solid.contains(at)).map(|at| at.map(i64::from)).collect();
+        for at in every_voxel(dilated.dims()) {
+            let from = [0, 1, 2].map(|a| i64::from(at[a]) - wide[a]);
+            let reached = filled.iter().any(|&b| far(from, b) <= radius + 1e-8);
+            prop_assert_eq!(dilated.contains(at), reached, "{:?}", at);
+        }
+        let ends = solid.dims().map(|n| n as i64);
+        let empty: Vec<[i64; 3]> = every_voxel(dilated.dims())
+            .map(|at| [0, 1, 2].map(|a| i64::from(at[a]) - wide[a]))
+            .filter(|at| (0..3).any(|a| at[a] < 0 || at[a] >= ends[a])
+                || !solid.contains(at.map(|i| i as u32)))
+            .collect();
+        for at in every_voxel(solid.dims()) {
+            let here = at.map(i64::from);
+            // A ball that reaches nothing beyond the voxel's own still has that.
+            let left = solid.contains(at) && empty.iter().all(|&b| far(here, b) > radius + 1e-8);
+            prop_assert_eq!(eroded.contains(at), left, "{:?}", at);
+        }
+    }
+}
+
+#[test]
+fn balls_without_a_fit_radius_are_refused() {
+    let solid = noise([5, 4, 3], 1, 1, 50);
+    for radius in [-1.0, f64::NAN, f64::INFINITY] {
+        let refused = balled(&solid, Ball::Erode(radius), &Run::default());
+        assert!(matches!(refused, Err(BallError::Radius(_))), "{radius}");
+    }
+    let refused = balled(&solid, Ball::Dilate(1e6), &Run::default());
+    assert_eq!(refused, Err(BallError::TooLarge(1e6)));
 }
 
 #[test]

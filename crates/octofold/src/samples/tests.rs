@@ -3,6 +3,8 @@
 use super::*;
 use crate::mesh::Mesh;
 use crate::random::Random;
+use crate::run::Run;
+use crate::spans::Spans;
 use crate::volume::{Region, Volume};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -367,5 +369,18 @@ fn stand_ins_keep_their_numbers() {
         let block = volume.read(Region::all(volume.dims())).unwrap();
         let inside = (0..block.len()).filter(|&i| block.value(i) < 0.0).count();
         assert_eq!(inside, expected, "{}", sample.name());
+    }
+}
+
+#[test]
+fn runs_are_the_cells_of_the_mask() {
+    let turn = glam::DMat3::from_quat(glam::DQuat::from_xyzw(0.4, -0.3, 0.5, 0.7).normalize());
+    let pose = Pose { turn: turn.to_cols_array_2d(), scale: 0.8, shift: [0.05, -0.02, 0.01] };
+    for sample in Sample::ALL {
+        for (resolution, pose) in [(37, Pose::default()), (48, pose)] {
+            let Some(mask) = sample.voxels(resolution).map(|m| m.posed(pose)) else { continue };
+            let runs = mask.spans(&Run::default()).unwrap();
+            assert_eq!(runs, Spans::at_least(&mask, 0.5, &Run::default()).unwrap());
+        }
     }
 }

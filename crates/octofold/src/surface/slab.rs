@@ -68,6 +68,11 @@ impl<'a> Frame<'a> {
         let Some(region) = self.region(volume, &layers) else {
             return Ok(self.empty_slab(layers));
         };
+        if let Some(bits) = self.pack_runs(volume, &layers) {
+            let mut slab = self.new_slab(layers, bits);
+            slab.count();
+            return Ok(slab);
+        }
         let block = volume.read(region)?;
         let first = region.start[2];
         Ok(with_samples!(&block, samples => {
@@ -91,6 +96,9 @@ impl<'a> Frame<'a> {
         let Some(region) = self.region(volume, &layers) else {
             return Ok(work(&self.empty_slab(layers), &|_| 0.5));
         };
+        if let Some(bits) = self.pack_runs(volume, &layers) {
+            return Ok(work(&self.new_slab(layers, bits), &|_| 0.5));
+        }
         let block = volume.read(region)?;
         let first = region.start[2];
         let [nx, ny, _] = self.dims;
@@ -175,6 +183,25 @@ impl<'a> Frame<'a> {
             });
         });
         shares
+    }
+
+    /// The bits of lattice layers `layers.start..=layers.end` of a solid that is kept as runs: no
+    /// sample is made.
+    fn pack_runs(&self, volume: &dyn Volume, layers: &Range<usize>) -> Option<Vec<u64>> {
+        if !self.binary || self.options.inside != Inside::Above {
+            return None;
+        }
+        let (rows, words) = (self.points(1), self.words());
+        let mut packed = self.no_bits(layers);
+        for (r, row) in packed.chunks_exact_mut(words).enumerate() {
+            let (y, z) = (self.real(r % rows, 1), self.real(layers.start + r / rows, 2));
+            let (Some(y), Some(z)) = (y, z) else { continue };
+            for run in volume.runs(y, z)? {
+                let [start, end] = run.map(|x| x as usize + self.pad);
+                bits::set(row, start, end);
+            }
+        }
+        Some(packed)
     }
 
     /// The bits of lattice layers `layers.start..=layers.end`; `samples` begin with layer `first`.

@@ -20,19 +20,26 @@ pub struct Args {
     /// Only these voxels: the first along x, y and z, and one past the last
     #[arg(long = "box", value_name = "X,Y,Z,X,Y,Z", value_parser = numbers::<6>)]
     part: Option<[f64; 6]>,
+    /// With a mesh: the faces of the voxels as they are, joined to rectangles
+    #[arg(long)]
+    exact: bool,
 }
 
 const AFTER_HELP: &str = "\
-Of a file in bricks only those that the box touches are read. A mesh is that of `octofold surface`.
+Of a file in bricks only those that the box touches are read. A mesh is that of `octofold surface`, or with
+--exact the boundary of the voxels: closed, of exactly their volume, in no more memory than the surface
+takes; edges at which only two voxels touch have four faces.
 
 Examples:
   octofold net decode bunny.ofn bunny.npy
-  octofold net decode bunny.ofn ear.vox --box 0,0,400,256,256,512";
+  octofold net decode bunny.ofn ear.vox --box 0,0,400,256,256,512
+  octofold net decode bunny.ofn bunny.stl --exact";
 
 impl Args {
     /// Validates, reads and writes.
     pub fn run(self, job: &Job) -> Result<Outcome> {
         let output = self.output.check()?;
+        ensure!(!self.exact || output.kind() == Kind::Mesh, "--exact is for meshes");
         let opened = self.input.check()?.open()?;
         let file = opened.expect_network(&job.run)?;
         let region = match self.part {
@@ -46,6 +53,7 @@ impl Args {
             Ok(Shape::Volume(Arc::new(solid)))
         };
         let steps = match output.kind() {
+            Kind::Mesh if self.exact => vec![Step::Boundary],
             Kind::Mesh => vec![Step::Surface(SurfaceOptions::default())],
             Kind::Volume => Vec::new(),
         };
