@@ -200,13 +200,22 @@ impl Document {
             let of = |&p: &u32| &column.values[p as usize * column.width..][..column.width];
             let values: Vec<f32> = split.points.iter().flat_map(of).copied().collect();
             let count = split.points.len();
-            let accessor = self.accessor(bytemuck::cast_slice(&values), F32, kind, count);
+            let accessor = match shorts(&values).filter(|_| column.width % 2 == 0) {
+                Some(words) => self.accessor(bytemuck::cast_slice(&words), U16, kind, count),
+                None => self.accessor(bytemuck::cast_slice(&values), F32, kind, count),
+            };
             attributes[format!("_{}", column.name)] = json!(accessor);
         }
-        let view = self.view(bytemuck::cast_slice(&split.indices), Some(INDICES));
+        // The highest index of a kind stands for a break.
+        let (view, component) = if split.points.len() < usize::from(u16::MAX) {
+            let short: Vec<u16> = split.indices.iter().map(|&i| i as u16).collect();
+            (self.view(bytemuck::cast_slice(&short), Some(INDICES)), U16)
+        } else {
+            (self.view(bytemuck::cast_slice(&split.indices), Some(INDICES)), U32)
+        };
         self.accessors.push(json!({
             "bufferView": view,
-            "componentType": U32,
+            "componentType": component,
             "type": "SCALAR",
             "count": split.indices.len(),
         }));
@@ -356,6 +365,12 @@ impl<'a> Splitter<'a> {
 /// A unit vector, as glTF demands; up where there is no direction.
 fn unit(normal: [f32; 3]) -> [f32; 3] {
     glam::Vec3::from(normal).normalize_or(glam::Vec3::Z).to_array()
+}
+
+/// Numbers in half the bytes, where all of them are whole and small enough.
+fn shorts(values: &[f32]) -> Option<Vec<u16>> {
+    let short = |&x: &f32| Some(x as u16).filter(|&word| f32::from(word) == x);
+    values.iter().map(short).collect()
 }
 
 /// A colour in linear light, 16 bits a channel.

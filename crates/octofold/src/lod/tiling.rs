@@ -1,0 +1,271 @@
+//! A model in tiles: octants that are drawn as a whole, each with the octants so many levels below it.
+//!
+//! A tile shows the patches round its octants of one level, or of the last level where none of them
+//! goes deeper. Patches that reach into tiles beside it are drawn in each of these, on the same
+//! vertices: tiles of one level fit together exactly, and so do all that have no tiles below them, which
+//! are the finest mesh. Tiles of different levels overlap by an octant to both sides. The surface in a
+//! tile is no further from its patches than the bounds of its octants tell.
+//! Source: specification of LOD, D.2 "3D Tiles mapping".
+
+use super::cut::{Criterion, Cut, NONE, Octant};
+use super::drawn::{Diagonal, meshed};
+use super::patches::{Mode, Patch, patches};
+use super::sheets::Sheets;
+use super::tree::Lod;
+use super::{LodError, MOST_LEVELS};
+use crate::attributes::PointColumn;
+use crate::mesh::Mesh;
+use crate::par;
+use crate::run::Run;
+
+/// Tiles that are drawn before what they show is handed on.
+const BATCH: usize = 128;
+
+/// One tile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tile {
+    /// Its octant's node.
+    pub node: u32,
+    /// Its octant's level.
+    pub level: u32,
+    /// Where its octant stands among those of its level.
+    pub place: [u32; 3],
+    /// The tile above; the root's is itself.
+    pub parent: u32,
+    /// Whether there are tiles below it, one for each child of its octant.
+    pub divided: bool,
+    /// How far the surface in it may be from what it shows, in the world's unit; never less than in the
+    /// tiles below.
+    pub error: f64,
+}
+
+/// What a tile shows.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Content {
+    /// Its patches, with normals and colours of points.
+    pub mesh: Mesh,
+    /// The octant of each point.
+    pub octants: Vec<Octant>,
+}
+
+/// All tiles of a model.
+#[derive(Debug, Clone)]
+pub struct Tiling<'a> {
+    lod: &'a Lod,
+    span: u32,
+    tiles: Vec<Tile>,
+    /// The tile of each node, where it has one.
+    of_node: Vec<u32>,
+}
+
+impl<'a> Tiling<'a> {
+    /// Divides a model into tiles of `2^span` cells along an edge.
+    ///
+    /// # Errors
+    /// Where `span` is not 1 to 16, or the work is interrupted.
+    pub fn new(lod: &'a Lod, span: u32, run: &Run) -> Result<Self, LodError> {
+        run.stage("tiles");
+        run.check()?;
+        if span == 0 || span > MOST_LEVELS {
+            return Err(LodError::Level(span));
+        }
+        let nodes = lod.nodes();
+        // Levels below each node: children stand behind their parents.
+        let mut heights = vec![0u8; nodes.len()];
+        for (i, node) in nodes.iter().enumerate().rev() {
+            let first = node.first_child() as usize;
+            let children = first..first + node.children().count_ones() as usize;
+            if !children.is_empty() {
+                heights[i] = 1 + heights[children].iter().fold(0, |a, &b| a.max(b));
+            }
+        }
+        let mut of_node = vec![NONE; nodes.len()];
+        let divided = |node: u32| u32::from(heights[node as usize]) > span;
+        let root = Tile {
+            node: 0,
+            level: 0,
+            place: [0; 3],
+            parent: 0,
+            divided: divided(0),
+            error: lod.error(0) * lod.stretch(),
+        };
+        let mut tiles = vec![root];
+        of_node[0] = 0;
+        let mut at = 0;
+        while at < tiles.len() {
+            let above = tiles[at];
+            let node = nodes[above.node as usize];
+            for octant in (0..8u32).filter(|o| above.divided && node.children() >> o & 1 == 1) {
+                let child = node.child(octant);
+                of_node[child as usize] = tiles.len() as u32;
+                tiles.push(Tile {
+                    node: child,
+                    level: above.level + 1,
+                    place: [0, 1, 2].map(|a| 2 * above.place[a] + (octant >> a & 1)),
+                    parent: at as u32,
+                    divided: divided(child),
+                    error: 0.0,
+                });
+            }
+            at += 1;
+        }
+        let mut tiling = Self { lod, span, tiles, of_node };
+        tiling.measure(run)?;
+        Ok(tiling)
+    }
+
+    /// The tiles, breadth-first, those of a level in Morton order.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
+    /// Levels of octants in a tile.
+    pub fn span(&self) -> u32 {
+        self.span
+    }
+
+    /// Draws all tiles, level by level and then those that have none below. `make` turns what a tile
+    /// shows into what is kept, on any thread; `keep` takes it in a fixed order, with the tile's number.
+    ///
+    /// # Errors
+    /// Where `make` or `keep` fails, or the work is interrupted.
+    pub fn draw<T: Send, E: From<LodError> + Send>(
+        &self,
+        mode: Mode,
+        run: &Run,
+        make: impl Fn(usize, Content) -> Result<T, E> + Sync,
+        mut keep: impl FnMut(usize, T) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for group in self.groups() {
+            let cut = Cut::select(self.lod, &group.criterion(self), run)?;
+            let owners = self.owners(&cut, group);
+            let found = patches(self.lod, &cut, mode, run)?;
+            let shares = shares(&found, &owners);
+            let shares: Vec<_> = shares.chunk_by(|a, b| a.0 == b.0).collect();
+            run.stage("draw");
+            for batch in shares.chunks(BATCH) {
+                let made = par::blocks(run, batch.len(), 1, |range| {
+                    let share = batch[range.start];
+                    let patches = share.iter().map(|&(_, patch)| &found[patch as usize]);
+                    let content = self.content(&cut, mode, patches);
+                    make(share[0].0 as usize, content)
+                });
+                for (share, made) in batch.iter().zip(made.map_err(LodError::from)?) {
+                    keep(share[0].0 as usize, made?)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Tiles that are drawn from one cut.
+    fn groups(&self) -> impl Iterator<Item = Group> + use<> {
+        let divided = self.tiles.iter().filter(|t| t.divided).map(|t| t.level);
+        let levels = divided.max().map_or(0, |most| most + 1);
+        (0..levels).map(Group::Divided).chain([Group::Whole])
+    }
+
+    /// The tile of each place of a cut, where one of the group holds it.
+    fn owners(&self, cut: &Cut, group: Group) -> Vec<u32> {
+        let mut owners: Vec<u32> = Vec::with_capacity(cut.entries.len());
+        for entry in &cut.entries {
+            let own = self.of_node[entry.node as usize];
+            let above = owners.get(entry.parent as usize).copied().unwrap_or(NONE);
+            let takes = self.tiles.get(own as usize).is_some_and(|tile| group.takes(tile));
+            owners.push(if takes { own } else { above });
+        }
+        owners
+    }
+
+    /// Finds the error of each tile: the largest of its octants.
+    fn measure(&mut self, run: &Run) -> Result<(), LodError> {
+        for group in self.groups() {
+            let cut = Cut::select(self.lod, &group.criterion(self), run)?;
+            let owners = self.owners(&cut, group);
+            let front = cut.places().filter(|&place| cut.is_front(place));
+            for (place, owner) in front.map(|p| (p, owners[p as usize])).filter(|o| o.1 != NONE) {
+                let node = cut.entries[place as usize].node;
+                let error = &mut self.tiles[owner as usize].error;
+                *error = error.max(self.lod.error(node) * self.lod.stretch());
+            }
+        }
+        for at in (1..self.tiles.len()).rev() {
+            let Tile { parent, error, .. } = self.tiles[at];
+            let above = &mut self.tiles[parent as usize].error;
+            *above = above.max(error);
+        }
+        Ok(())
+    }
+
+    fn content<'p>(
+        &self,
+        cut: &Cut,
+        mode: Mode,
+        patches: impl Iterator<Item = &'p Patch> + Clone,
+    ) -> Content {
+        let mut places: Vec<u32> = patches.clone().flat_map(|p| p.ring).collect();
+        places.sort_unstable();
+        places.dedup();
+        let number = |place: u32| places.partition_point(|&p| p < place) as u32;
+        let rings = patches.clone().map(|p| p.ring.map(number)).collect();
+        let octants = places.iter().map(|&place| cut.octant(place)).collect();
+        let sheets = Sheets { rings, places, apart: Vec::new() };
+        let drawn = meshed(self.lod, cut, patches, sheets, mode, Diagonal::Flatter);
+        Content { mesh: drawn.mesh, octants }
+    }
+}
+
+/// Tiles that are drawn from one cut.
+#[derive(Debug, Clone, Copy)]
+enum Group {
+    /// Those of a level that have tiles below them.
+    Divided(u32),
+    /// Those that have none.
+    Whole,
+}
+
+impl Group {
+    fn criterion(self, tiling: &Tiling<'_>) -> Criterion {
+        Criterion::Level(match self {
+            Self::Divided(level) => level + tiling.span,
+            Self::Whole => tiling.lod.levels(),
+        })
+    }
+
+    fn takes(self, tile: &Tile) -> bool {
+        match self {
+            Self::Divided(level) => tile.divided && tile.level == level,
+            Self::Whole => !tile.divided,
+        }
+    }
+}
+
+/// Each tile with each patch that has a corner in it.
+fn shares(patches: &[Patch], owners: &[u32]) -> Vec<(u32, u32)> {
+    let mut shares = Vec::new();
+    for (i, patch) in patches.iter().enumerate() {
+        let tiles = patch.ring.map(|place| owners[place as usize]);
+        for k in 0..4 {
+            if tiles[k] != NONE && !tiles[..k].contains(&tiles[k]) {
+                shares.push((tiles[k], i as u32));
+            }
+        }
+    }
+    par::sort(&mut shares);
+    shares
+}
+
+impl Content {
+    /// The octants of points as a column of numbers, from which patches between tiles of any levels
+    /// can be made anew: the low corner in finest cells, and the level less one times 4096 with a bit
+    /// for each edge that is crossed.
+    pub fn column(&self, lod: &Lod) -> PointColumn {
+        let of = |o: &Octant| {
+            let [x, y, z] = o.corner.map(|c| c as f32);
+            let edges = u32::from(lod.nodes()[o.node as usize].any());
+            [x, y, z, ((o.level.max(1) - 1) << 12 | edges) as f32]
+        };
+        let values = self.octants.iter().flat_map(of).collect();
+        PointColumn { name: "OCTANT".into(), width: 4, values }
+    }
+}
