@@ -166,6 +166,9 @@ pub struct LodFacts {
     /// What was taken from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extract: Option<ExtractFacts>,
+    /// The chain of meshes that it was written as, the finest first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chain: Option<Vec<ExtractFacts>>,
     /// The tiles that it was written as.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiles: Option<TilesFacts>,
@@ -226,6 +229,7 @@ impl LodFacts {
             border_leaves: leaves().filter(|&i| lod.traits(i as u32).is_border()).count() as u64,
             bytes,
             extract: None,
+            chain: None,
             tiles: None,
         }
     }

@@ -269,3 +269,131 @@ impl Content {
         PointColumn { name: "OCTANT".into(), width: 4, values }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lod::{BuildOptions, build, drawn};
+    use crate::measure::{Nearest, Topology};
+    use crate::samples::Sample;
+
+    fn model(sample: Sample, level: u32) -> Lod {
+        let mesh = sample.polygons(30).unwrap().triangulate();
+        let options = BuildOptions { level, ..BuildOptions::default() };
+        build(&mesh, &options, &Run::default()).unwrap()
+    }
+
+    fn all(tiling: &Tiling<'_>, mode: Mode) -> Vec<Option<Content>> {
+        let mut all = vec![None; tiling.tiles().len()];
+        let keep = |tile: usize, content| {
+            assert!(all[tile].replace(content).is_none(), "tile {tile} was drawn twice");
+            Ok(())
+        };
+        let make = |_, content| Ok::<_, LodError>(content);
+        tiling.draw(mode, &Run::default(), make, keep).unwrap();
+        all
+    }
+
+    /// Triangles as bits of their corners, each beginning with the lowest.
+    fn triangles(mesh: &Mesh) -> Vec<[[u64; 3]; 3]> {
+        let corners = |t: &[u32; 3]| t.map(|p| mesh.points[p as usize].map(f64::to_bits));
+        let turned = |t: [[u64; 3]; 3]| {
+            let first = (0..3).min_by_key(|&k| t[k]).unwrap();
+            [0, 1, 2].map(|k| t[(first + k) % 3])
+        };
+        mesh.triangles.iter().map(|t| turned(corners(t))).collect()
+    }
+
+    #[test]
+    fn tiles_without_others_below_are_the_finest_mesh() {
+        for (sample, level) in [(Sample::Torus, 6), (Sample::Cone, 6), (Sample::Sphere, 5)] {
+            let lod = model(sample, level);
+            for mode in [Mode::Any, Mode::Parity] {
+                let run = Run::default();
+                let cut = Cut::select(&lod, &Criterion::Level(level), &run).unwrap();
+                let found = patches(&lod, &cut, mode, &run).unwrap();
+                let whole = drawn(&lod, &cut, &found, mode, Diagonal::Flatter, &run).unwrap().mesh;
+                let mut expected = triangles(&whole);
+                expected.sort_unstable();
+                for span in [1, 2, 3, 9] {
+                    let tiling = Tiling::new(&lod, span, &run).unwrap();
+                    let contents = all(&tiling, mode);
+                    let finest = tiling.tiles().iter().zip(&contents).filter(|(t, _)| !t.divided);
+                    let meshes = finest.filter_map(|(_, content)| content.as_ref());
+                    let mut found: Vec<_> = meshes.flat_map(|c| triangles(&c.mesh)).collect();
+                    found.sort_unstable();
+                    found.dedup();
+                    assert_eq!(found, expected, "{sample:?} {mode:?} {span}");
+                }
+                if mode == Mode::Parity {
+                    let count = whole.points.len();
+                    let topology = Topology::of(count, &whole.triangles, &run).unwrap();
+                    assert_eq!(topology.boundary_edges, 0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn tiles_cover_each_other_and_errors_never_grow() {
+        let lod = model(Sample::Torus, 7);
+        for span in [2, 3, 4] {
+            let tiling = Tiling::new(&lod, span, &Run::default()).unwrap();
+            let tiles = tiling.tiles();
+            let mut below = vec![0; tiles.len()];
+            for tile in &tiles[1..] {
+                let above = &tiles[tile.parent as usize];
+                below[tile.parent as usize] += 1;
+                assert!(tile.error <= above.error && above.divided);
+                assert_eq!((tile.level, tile.place.map(|x| x / 2)), (above.level + 1, above.place));
+            }
+            for (tile, below) in tiles.iter().zip(below) {
+                let children = lod.nodes()[tile.node as usize].children().count_ones();
+                assert_eq!(below, if tile.divided { children } else { 0 });
+            }
+        }
+    }
+
+    #[test]
+    fn the_finest_mesh_is_within_the_error_of_each_tile() {
+        let lod = model(Sample::Torus, 7);
+        let run = Run::default();
+        let finest = Cut::select(&lod, &Criterion::Level(7), &run).unwrap();
+        for span in [2, 3, 4] {
+            let tiling = Tiling::new(&lod, span, &run).unwrap();
+            let mut looked = 0;
+            for (tile, content) in tiling.tiles().iter().zip(all(&tiling, Mode::Any)) {
+                let Some(content) = content.filter(|_| tile.divided) else { continue };
+                let near = Nearest::new(&content.mesh);
+                for octant in finest.places().filter(|&p| finest.is_front(p)) {
+                    let octant = finest.octant(octant);
+                    let at = octant.corner.map(|c| c >> (7 - tile.level));
+                    if at == tile.place && octant.level >= tile.level {
+                        let own = lod.vertex(octant.node, octant.corner, octant.size);
+                        let hit = near.nearest(lod.world(own)).unwrap();
+                        let distance = hit.distance_squared.sqrt();
+                        assert!(distance <= tile.error, "{distance} {}", tile.error);
+                        looked += 1;
+                    }
+                }
+            }
+            assert!(looked > 1000);
+        }
+    }
+
+    #[test]
+    fn columns_tell_octants_exactly() {
+        let lod = model(Sample::Cone, 6);
+        let tiling = Tiling::new(&lod, 3, &Run::default()).unwrap();
+        for content in all(&tiling, Mode::Any).into_iter().flatten() {
+            let column = content.column(&lod);
+            assert_eq!(content.octants.len(), content.mesh.points.len());
+            for (o, words) in content.octants.iter().zip(column.values.chunks_exact(4)) {
+                assert_eq!([words[0], words[1], words[2]], o.corner.map(|c| c as f32));
+                let word = words[3] as u32;
+                assert_eq!((word >> 12) + 1, o.level);
+                assert_eq!(word & 0xfff, u32::from(lod.nodes()[o.node as usize].any()));
+            }
+        }
+    }
+}
