@@ -75,3 +75,53 @@ fn unpacked([width, height]: [usize; 2], channels: usize, bytes: &[u8]) -> Optio
     let texels = bytes.get(..width.checked_mul(height)?.checked_mul(channels)?)?;
     Image::new(width, height, texels.chunks_exact(channels).map(spread).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base64::Engine;
+
+    /// 16 by 8 texels, red on the left and blue on the right.
+    const JPEG: &str = "\
+        /9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAA0JCgsKCA0LCgsODg0PEyAVExISEyccHhcgLikxMC4pLSwzOko+MzZGNywtQFdBRkxO\
+        UlNSMj5aYVpQYEpRUk//2wBDAQ4ODhMREyYVFSZPNS01T09PT09PT09PT09PT09PT09PT09PT09PT09PT09PT09PT09PT09PT09P\
+        T09PT09PT09PT0//wAARCAAIABADAREAAhEBAxEB/8QAFQABAQAAAAAAAAAAAAAAAAAABQb/xAAUEAEAAAAAAAAAAAAAAAAAAAAA\
+        /8QAFQEBAQAAAAAAAAAAAAAAAAAABwX/xAAUEQEAAAAAAAAAAAAAAAAAAAAA/9oADAMBAAIRAxEAPwCfRiSCMQqf/9k=";
+
+    fn jpeg_bytes() -> Vec<u8> {
+        base64::engine::general_purpose::STANDARD.decode(JPEG).unwrap()
+    }
+
+    #[test]
+    fn both_kinds_are_unpacked() {
+        let rgba: Vec<u8> = (0..6).flat_map(|i| [40 * i, 7, 9, 255 - i]).collect();
+        let png = crate::png::encode(3, 2, &rgba).unwrap();
+        let image = decode(&crate::colour::texture(&png).unwrap()).unwrap();
+        assert_eq!((image.size(), image.texel([0.9, 0.1])), ([3, 2], [200, 7, 9, 250]));
+        let image = decode(&crate::colour::texture(&jpeg_bytes()).unwrap()).unwrap();
+        assert_eq!(image.size(), [16, 8]);
+        let near =
+            |texel: [u8; 4], colour: [u8; 4]| (0..4).all(|k| texel[k].abs_diff(colour[k]) < 9);
+        assert!(near(image.texel([0.2, 0.5]), [255, 0, 0, 255]));
+        assert!(near(image.texel([0.8, 0.5]), [0, 0, 255, 255]));
+    }
+
+    #[test]
+    fn cut_off_images_are_told_of_or_come_back_in_part() {
+        let bytes = jpeg_bytes();
+        for end in 3..bytes.len() {
+            if let Some(image) = crate::colour::texture(&bytes[..end]).and_then(|t| decode(&t)) {
+                assert_eq!(image.size(), [16, 8]);
+            }
+        }
+        let material = |bytes: &[u8]| octofold::Material {
+            texture: crate::colour::texture(bytes),
+            ..octofold::Material::default()
+        };
+        let materials = vec![material(&bytes), material(&bytes[..20]), material(&bytes)];
+        let attributes = Attributes { materials, ..Attributes::default() };
+        let all = images(&attributes, &Run::default());
+        let [Some(first), None, Some(third)] = all.as_slice() else { panic!("{all:?}") };
+        assert!(Arc::ptr_eq(first, third));
+    }
+}

@@ -16,7 +16,7 @@ mod subtree;
 
 use crate::{Sink, WriteError, gltf};
 use glam::DVec3;
-use octofold::lod::{Content, Lod, MOST_LEVELS, Mode, Tiling};
+use octofold::lod::{Content, Lod, Mode, Tiling};
 use octofold::{LengthUnit, Run, Soup};
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
@@ -88,11 +88,7 @@ pub fn write(
         })
         .collect();
     let levels = tiles.last().map_or(0, |t| t.level) as usize + 1;
-    let mut written = TilesWritten {
-        tiles: vec![0; levels],
-        triangles: vec![0; levels],
-        bytes: 0,
-    };
+    let mut written = TilesWritten { tiles: vec![0; levels], triangles: vec![0; levels], bytes: 0 };
     tiles.iter().for_each(|t| written.tiles[t.level as usize] += 1);
     let mut bounds = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; tiles.len()];
     let make = |_, content: Content| -> Result<_, WriteError> {
@@ -121,8 +117,8 @@ pub fn write(
         let [middle, half] = [(low + high) / 2.0, (high - low) / 2.0];
         let is_there = middle.is_finite() && half.is_finite();
         let middle = if is_there { middle } else { DVec3::ZERO };
-        // Some viewers cannot do with boxes that are flat.
-        let half = if is_there { half.max(DVec3::splat(tile.error)) } else { DVec3::ZERO };
+        // The surface may be that far from what is shown; and some viewers cannot do with flat boxes.
+        let half = if is_there { half + tile.error } else { DVec3::ZERO };
         tile.shape[..3].copy_from_slice(&middle.to_array());
         (0..3).for_each(|axis| tile.shape[3 + 4 * axis] = half[axis]);
     }
@@ -257,9 +253,11 @@ impl Stand {
         let axes = self.halves.map(|axis| self.turned(axis) * self.metres);
         let mut shape = vec![0.0; 3];
         shape.extend(axes.iter().flat_map(|axis| axis.to_array()));
-        // Viewers that do not read a tile's own error take half that of the tile above.
-        let error = tiles.iter().map(|t| t.error * f64::from(1u32 << t.level.min(MOST_LEVELS)));
-        let error = error.fold(0.0, f64::max);
+        // Viewers that do not read a tile's own error take half that of the tile above. On the last level
+        // nothing depends on it.
+        let count = levels as u32;
+        let above = tiles.iter().filter(|t| t.level == 0 || t.level + 1 < count);
+        let error = above.map(|t| t.error * f64::from(1u32 << t.level)).fold(0.0, f64::max);
         let size = 2.0 * axes.iter().map(|a| a.length_squared()).sum::<f64>().sqrt();
         let DVec3 { x, y, z } = middle;
         json!({
@@ -280,5 +278,96 @@ impl Stand {
                 },
             },
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Source, ofn::crc32c};
+    use octofold::lod::{BuildOptions, build};
+    use octofold::samples::Sample;
+
+    fn model(level: u32) -> Lod {
+        let mesh = Sample::Torus.polygons(24).unwrap().triangulate();
+        build(&mesh, &BuildOptions { level, ..BuildOptions::default() }, &Run::default()).unwrap()
+    }
+
+    fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+        let mut open = vec![folder.to_path_buf()];
+        let mut files = Vec::new();
+        while let Some(path) = open.pop() {
+            if path.is_dir() {
+                open.extend(std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
+            } else {
+                let bytes = std::fs::read(&path).unwrap();
+                files.push((path.strip_prefix(folder).unwrap().into(), bytes));
+            }
+        }
+        files.sort();
+        files
+    }
+
+    #[test]
+    fn a_folder_holds_what_the_tileset_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = TilesOptions { span: 2, ..TilesOptions::default() };
+        let (lod, run) = (model(7), Run::default());
+        let written = write(&lod, &options, folder.path(), &run).unwrap();
+        assert_eq!(written.tiles.len(), 6);
+        let all = files(folder.path());
+        let of = |ending: &str| {
+            all.iter().filter(|(path, _)| path.extension().is_some_and(|e| e == ending)).count()
+                as u64
+        };
+        assert_eq!(of("glb"), written.tiles.iter().sum::<u64>());
+        // Roots of subtrees: the root, and the tiles four levels below it.
+        assert_eq!(of("subtree"), 1 + written.tiles[4]);
+        assert_eq!(of("json"), 1);
+        for (path, bytes) in all.iter().filter(|(path, _)| path.ends_with("glb")) {
+            let soup = gltf::read(&Source::from_bytes("x.glb", bytes), &run).unwrap();
+            assert!(soup.faces() > 0 && bytes.len() % 8 == 0, "{}", path.display());
+        }
+    }
+
+    #[test]
+    fn tiles_are_written_anew_and_other_files_are_not_touched() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tiles");
+        let (options, run) = (TilesOptions { span: 2, ..TilesOptions::default() }, Run::default());
+        write(&model(6), &options, &path, &run).unwrap();
+        let first = files(&path);
+        write(&model(5), &options, &path, &run).unwrap();
+        assert!(files(&path).len() < first.len());
+        write(&model(6), &options, &path, &run).unwrap();
+        assert_eq!(files(&path), first);
+        std::fs::write(folder.path().join("own.txt"), "own").unwrap();
+        let refused = write(&model(5), &options, folder.path(), &run);
+        assert!(matches!(refused, Err(WriteError::Unfit { .. })));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_subtree_is_pinned_byte_for_byte() {
+        let folder = tempfile::tempdir().unwrap();
+        write(
+            &model(5),
+            &TilesOptions { span: 3, ..TilesOptions::default() },
+            folder.path(),
+            &Run::default(),
+        )
+        .unwrap();
+        let bytes = std::fs::read(folder.path().join("subtrees/0/0/0/0.subtree")).unwrap();
+        let count = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+        assert_eq!((&bytes[..4], bytes[4]), (b"subt".as_slice(), 1));
+        assert_eq!(24 + count(8) + count(16), bytes.len());
+        assert_eq!((count(8) % 8, count(16) % 8), (0, 0));
+        let told: Value = serde_json::from_slice(&bytes[24..24 + count(8)]).unwrap();
+        let tiles = told["propertyTables"][0]["count"].as_u64().unwrap();
+        assert_eq!(told["tileAvailability"]["availableCount"], tiles);
+        assert_eq!(told["childSubtreeAvailability"]["constant"], 0);
+        let there = &bytes[24 + count(8)..][..74];
+        assert_eq!(there.iter().map(|b| u64::from(b.count_ones())).sum::<u64>(), tiles);
+        assert_eq!((bytes.len(), crc32c(&bytes)), (0, 0));
     }
 }

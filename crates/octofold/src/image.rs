@@ -60,6 +60,7 @@ impl Image {
     /// The same between the four texels round a place.
     fn between(&self, [u, v]: [f64; 2]) -> Vec4 {
         let split = |share: f64, count: usize| {
+            let share = if share.is_finite() { share } else { 0.0 };
             let at = share.rem_euclid(1.0) * count as f64 - 0.5;
             let low = at.floor();
             let first = (low as i64).rem_euclid(count as i64) as usize;

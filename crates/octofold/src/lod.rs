@@ -39,8 +39,8 @@ pub use drawn::{Diagonal, Drawn, Morphs, drawn};
 pub use front::{Change, Front};
 pub use patches::{Mode, Patch, Patches, Patchwork, patches};
 pub use settled::{Settled, misses, settled};
-pub use tint::Images;
 pub use tiling::{Content, Tile, Tiling};
+pub use tint::Images;
 pub use tree::{Crossed, Lod, Node, Parts, Traits};
 
 use crate::lattice::LatticeError;

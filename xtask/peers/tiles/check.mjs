@@ -27,12 +27,13 @@ const inside = (b, [low, high], slack) =>
   [0, 1, 2].every((a) => low[a] >= b[a] - b[3 + 4 * a] - slack && high[a] <= b[a] + b[3 + 4 * a] + slack);
 
 async function visit(tile) {
+  if (tile.isImplicitTilesetRoot()) return true;
   counts.tiles += 1;
   const own = tile.asFinalTile();
   const box = own.boundingVolume.box;
   const slack = 1e-6 * Math.max(...box.map(Math.abs));
-  const parent = tile.getParent()?.asFinalTile();
-  if (parent?.boundingVolume?.box && tile.level > 1) {
+  if (!tile.getParent().isImplicitTilesetRoot()) {
+    const parent = tile.getParent().asFinalTile();
     if (own.geometricError > parent.geometricError) faults.push(`${tile.path}: its error grows`);
     const corner = (way) => [0, 1, 2].map((a) => box[a] + way * box[3 + 4 * a]);
     if (!inside(parent.boundingVolume.box, [corner(-1), corner(1)], slack)) {
@@ -50,7 +51,7 @@ async function visit(tile) {
     if (issues.numErrors + issues.numWarnings > 0) {
       faults.push(`${content.uri}: ${JSON.stringify(issues.messages.slice(0, 2))}`);
     }
-    if (tile.level > 0 && !inside(box, bounds(bytes), slack)) {
+    if (!inside(box, bounds(bytes), slack)) {
       faults.push(`${content.uri}: it is not in its box`);
     }
     if (bytes.length % 8 !== 0) faults.push(`${content.uri}: its length is no multiple of 8`);

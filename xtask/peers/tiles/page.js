@@ -1,5 +1,5 @@
 // The page that shows tiles: `show` looks at them from a distance until all is loaded, and tells how much
-// was drawn. Back faces are magenta, so that a crack of a closed model shows.
+// was drawn. Of closed models back faces are magenta, so that a crack shows.
 import * as THREE from 'three';
 import { TilesRenderer } from '3d-tiles-renderer/three';
 import { ImplicitTilingPlugin } from '3d-tiles-renderer/core/plugins';
@@ -23,12 +23,13 @@ whole.add(tiles.group);
 scene.add(whole);
 const failed = [];
 tiles.addEventListener('load-error', (e) => failed.push(String(e.url)));
+const fronts = [];
 const back = new THREE.MeshBasicMaterial({ color: 0xff00ff, side: THREE.BackSide });
 
 tiles.addEventListener('load-model', ({ scene: model }) => {
   model.traverse((o) => {
     if (!o.isMesh || o.userData.back) return;
-    o.material.side = THREE.FrontSide;
+    fronts.push(o.material);
     const inner = new THREE.Mesh(o.geometry, back);
     inner.userData.back = true;
     queueMicrotask(() => o.add(inner));
@@ -37,10 +38,7 @@ tiles.addEventListener('load-model', ({ scene: model }) => {
 
 const frame = () => new Promise((done) => requestAnimationFrame(done));
 
-window.show = async ({ way, distance, target, cracks }) => {
-  const box = new THREE.Box3();
-  const root = tiles.root;
-  if (root) tiles.getBoundingBox(box);
+window.show = async ({ way, distance, target, closed }) => {
   const sphere = new THREE.Sphere();
   tiles.errorTarget = target;
   let still = 0;
@@ -57,6 +55,8 @@ window.show = async ({ way, distance, target, cracks }) => {
       lamp.target.position.copy(sphere.center);
       lamp.target.updateMatrixWorld();
     }
+    back.visible = closed;
+    fronts.forEach((m) => { m.side = closed ? THREE.FrontSide : THREE.DoubleSide; });
     tiles.update();
     renderer.render(scene, camera);
     await frame();

@@ -21,6 +21,9 @@ use crate::run::Run;
 /// Tiles that are drawn before what they show is handed on.
 const BATCH: usize = 128;
 
+/// Colours that differ by no more in any channel count as the same.
+const SAME_COLOUR: u8 = 8;
+
 /// One tile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tile {
@@ -34,8 +37,8 @@ pub struct Tile {
     pub parent: u32,
     /// Whether there are tiles below it, one for each child of its octant.
     pub divided: bool,
-    /// How far the surface in it may be from what it shows, in the world's unit; never less than in the
-    /// tiles below.
+    /// How far the surface in it may be from what it shows, in the world's unit, and its colours from where
+    /// they belong; never less than in the tiles below.
     pub error: f64,
 }
 
@@ -81,14 +84,8 @@ impl<'a> Tiling<'a> {
         }
         let mut of_node = vec![NONE; nodes.len()];
         let divided = |node: u32| u32::from(heights[node as usize]) > span;
-        let root = Tile {
-            node: 0,
-            level: 0,
-            place: [0; 3],
-            parent: 0,
-            divided: divided(0),
-            error: lod.error(0) * lod.stretch(),
-        };
+        let root =
+            Tile { node: 0, level: 0, place: [0; 3], parent: 0, divided: divided(0), error: 0.0 };
         let mut tiles = vec![root];
         of_node[0] = 0;
         let mut at = 0;
@@ -184,9 +181,10 @@ impl<'a> Tiling<'a> {
             let owners = self.owners(&cut, group);
             let front = cut.places().filter(|&place| cut.is_front(place));
             for (place, owner) in front.map(|p| (p, owners[p as usize])).filter(|o| o.1 != NONE) {
-                let node = cut.entries[place as usize].node;
+                let octant = cut.octant(place);
+                let cells = self.lod.error(octant.node).max(self.blur(&octant));
                 let error = &mut self.tiles[owner as usize].error;
-                *error = error.max(self.lod.error(node) * self.lod.stretch());
+                *error = error.max(cells * self.lod.stretch());
             }
         }
         for at in (1..self.tiles.len()).rev() {
@@ -195,6 +193,20 @@ impl<'a> Tiling<'a> {
             *above = above.max(error);
         }
         Ok(())
+    }
+
+    /// How far colours that an octant shows may be from their place, in finest cells: half its side where
+    /// its children differ in colour, else nothing.
+    fn blur(&self, octant: &Octant) -> f64 {
+        let Some(own) = self.lod.colour(octant.node) else { return 0.0 };
+        let node = self.lod.nodes()[octant.node as usize];
+        let first = node.first_child();
+        let differs = |child: u32| {
+            let other = self.lod.colour(child).unwrap_or(own);
+            (0..4).any(|k| own[k].abs_diff(other[k]) > SAME_COLOUR)
+        };
+        let any = (first..first + node.children().count_ones()).any(differs);
+        if any { f64::from(octant.size) / 2.0 } else { 0.0 }
     }
 
     fn content<'p>(
@@ -328,7 +340,7 @@ mod tests {
                 if mode == Mode::Parity {
                     let count = whole.points.len();
                     let topology = Topology::of(count, &whole.triangles, &run).unwrap();
-                    assert_eq!(topology.boundary_edges, 0);
+                    assert_eq!(topology.boundary_edges.count, 0);
                 }
             }
         }

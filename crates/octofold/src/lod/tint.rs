@@ -115,3 +115,61 @@ fn light([r, g, b, a]: [u8; 4]) -> Vec4 {
     let Vec3 { x, y, z } = linear([r, g, b]);
     Vec4::new(x, y, z, f32::from(a) / 255.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Image;
+    use crate::lod::{BuildOptions, build, build_painted};
+    use crate::run::Run;
+
+    /// A square whose left half shows the left half of an image, and so on.
+    fn square(colour: [u8; 4]) -> Mesh {
+        let mut mesh = Mesh {
+            points: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.1], [0.0, 1.0, 0.1]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        };
+        let uv = |p: &u32| [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]][*p as usize];
+        let uvs = mesh.triangles.iter().flatten().map(uv).collect();
+        mesh.attributes.corner_uvs = Some(uvs);
+        mesh.attributes.face_materials = Some(vec![0, 0]);
+        mesh.attributes.materials = vec![Material { colour, ..Material::default() }];
+        mesh
+    }
+
+    fn image(texel: impl Fn(usize, usize) -> [u8; 4]) -> Vec<Option<Arc<Pyramid>>> {
+        let rgba = (0..64 * 64).map(|i| texel(i % 64, i / 64)).collect();
+        vec![Image::new(64, 64, rgba).map(|image| Arc::new(Pyramid::new(image)))]
+    }
+
+    #[test]
+    fn octants_have_the_mean_of_what_they_show_in_linear_light() {
+        let halves = image(|x, _| if x < 32 { [255, 0, 0, 255] } else { [0, 0, 255, 255] });
+        let options = BuildOptions { level: 5, early_leaves: false, ..BuildOptions::default() };
+        let lod = build_painted(&square([255; 4]), &halves, &options, &Run::default()).unwrap();
+        // Half of the light is sRGB 188.
+        let root = lod.colour(0).unwrap();
+        assert!(root[0].abs_diff(188) < 4 && root[1] == 0 && root[2].abs_diff(188) < 4, "{root:?}");
+        let leaves = lod.level(5);
+        let plain = leaves.filter(|&leaf| {
+            let [r, _, b, _] = lod.colour(leaf).unwrap();
+            r.min(b) == 0
+        });
+        assert!(plain.count() > 800);
+    }
+
+    #[test]
+    fn materials_tint_their_images_and_fine_patterns_become_gray() {
+        let board = image(|x, y| if (x + y) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] });
+        let options = BuildOptions { level: 4, early_leaves: false, ..BuildOptions::default() };
+        let mesh = square([255, 0, 255, 255]);
+        let lod = build_painted(&mesh, &board, &options, &Run::default()).unwrap();
+        for leaf in lod.level(4) {
+            let [r, g, b, a] = lod.colour(leaf).unwrap();
+            assert!(r.abs_diff(188) < 4 && g == 0 && b == r && a == 255, "{r} {g} {b} {a}");
+        }
+        let plain = build(&mesh, &options, &Run::default()).unwrap();
+        assert_eq!(plain.colour(0), Some([255, 0, 255, 255]));
+    }
+}

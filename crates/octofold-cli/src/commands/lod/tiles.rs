@@ -90,11 +90,8 @@ impl Args {
             triangles.last().copied().unwrap_or(0),
             job.terminal.seconds()
         ));
-        let tiles = TilesFacts {
-            tiles_by_level: tiles,
-            triangles_by_level: triangles,
-            bytes: contents,
-        };
+        let tiles =
+            TilesFacts { tiles_by_level: tiles, triangles_by_level: triangles, bytes: contents };
         let facts = LodFacts { tiles: Some(tiles), ..LodFacts::of(&lod, Some(bytes)) };
         let answer = Some(Answer::Lod(Box::new(facts)));
         job.finish(Account { answer, ..Account::default() })?;
