@@ -316,16 +316,14 @@ mod tests {
         let written = write(&lod, &options, folder.path(), &run).unwrap();
         assert_eq!(written.tiles.len(), 6);
         let all = files(folder.path());
-        let of = |ending: &str| {
-            all.iter().filter(|(path, _)| path.extension().is_some_and(|e| e == ending)).count()
-                as u64
-        };
+        let is = |path: &Path, ending: &str| path.extension().is_some_and(|e| e == ending);
+        let of = |ending: &str| all.iter().filter(|(path, _)| is(path, ending)).count() as u64;
         assert_eq!(of("glb"), written.tiles.iter().sum::<u64>());
         // Roots of subtrees: the root, and the tiles four levels below it.
         assert_eq!(of("subtree"), 1 + written.tiles[4]);
         assert_eq!(of("json"), 1);
-        for (path, bytes) in all.iter().filter(|(path, _)| path.ends_with("glb")) {
-            let soup = gltf::read(&Source::from_bytes("x.glb", bytes), &run).unwrap();
+        for (path, bytes) in all.iter().filter(|(path, _)| is(path, "glb")) {
+            let soup = gltf::read(&Source::from_bytes("x.glb", bytes.as_slice()), &run).unwrap();
             assert!(soup.faces() > 0 && bytes.len() % 8 == 0, "{}", path.display());
         }
     }
