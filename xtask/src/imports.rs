@@ -6,9 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 12] = [
+const FREE: [&str; 13] = [
     "attributes",
     "exact",
+    "image",
     "light",
     "par",
     "quadric",

@@ -17,8 +17,8 @@ cargo xtask tidy          the conventions of the repository
 cargo xtask sweep NAME    the whole of a large sweep: formats, certified, cubes, labels, lod,
                           lod-cuts, network, published, repair, simplify or voxels
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
-                          models, labels, certified, lod, network, repair, damaged, sheets or
-                          simplify";
+                          models, labels, certified, lod, tiles, network, repair, damaged,
+                          sheets or simplify";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

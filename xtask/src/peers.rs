@@ -20,7 +20,7 @@ pub fn bench(name: &str) -> Result<()> {
     let data = std::env::var_os("OCTOFOLD_DATA")
         .map_or_else(|| root().join("../shared/data"), PathBuf::from);
     let script = match name {
-        "certified" | "lod" | "network" | "repair" | "sheets" | "simplify" => {
+        "certified" | "lod" | "network" | "repair" | "sheets" | "simplify" | "tiles" => {
             format!("{name}.py")
         }
         "damaged" => "repair.py".into(),

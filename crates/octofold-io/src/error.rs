@@ -1,5 +1,6 @@
 //! What can go wrong between a file and a shape.
 
+use octofold::lod::LodError;
 use octofold::{Cancelled, ShapeError};
 use std::path::PathBuf;
 
@@ -111,7 +112,19 @@ pub enum WriteError {
     /// A block of the volume that is written could not be read.
     #[error(transparent)]
     Volume(#[from] octofold::volume::VolumeError),
+    /// The model cannot be divided so.
+    #[error(transparent)]
+    Lod(LodError),
     /// The work was interrupted.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<LodError> for WriteError {
+    fn from(error: LodError) -> Self {
+        match error {
+            LodError::Cancelled(cancelled) => cancelled.into(),
+            error => Self::Lod(error),
+        }
+    }
 }

@@ -10,7 +10,7 @@ mod container;
 mod materials;
 mod write;
 
-pub use write::{write_glb, write_gltf};
+pub use write::{write_chain, write_glb, write_gltf};
 
 use crate::budget::Budget;
 use crate::columns::{NO_COLOUR, finish, put};

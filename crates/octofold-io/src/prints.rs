@@ -1,7 +1,9 @@
 //! What is printed on faces: the colours and textures of the model that they stand for.
 
 use crate::drawing::holds;
-use octofold::attributes::{Attributes, Texture};
+use crate::images::decode;
+use octofold::attributes::Attributes;
+use octofold::image::Image;
 use octofold::measure::Nearest;
 use octofold::picture::Picture;
 use octofold::unfold::pattern::{Pattern, Tile, millimetres};
@@ -13,13 +15,6 @@ pub struct ModelColours<'a> {
     nearest: Nearest,
     /// Images of the materials, where they are of a kind that is read.
     images: Vec<Option<Image>>,
-}
-
-/// A picture: four bytes a pixel, rows from the top.
-struct Image {
-    width: usize,
-    height: usize,
-    rgba: Vec<u8>,
 }
 
 /// What is printed on a page, rows from the top, three bytes a dot.
@@ -43,9 +38,8 @@ impl<'a> ModelColours<'a> {
     /// The colours of a model; `None` where there is but one.
     pub fn new(mesh: &'a Mesh) -> Option<Self> {
         let a = &mesh.attributes;
-        let image = |t: &Texture| decode(t);
         let images: Vec<Option<Image>> =
-            a.materials.iter().map(|m| m.texture.as_ref().and_then(image)).collect();
+            a.materials.iter().map(|m| m.texture.as_ref().and_then(decode)).collect();
         let textured = a.corner_uvs.is_some() && images.iter().any(Option::is_some);
         let plain = |t: usize| face_colour(a, t);
         let several = || (1..mesh.triangles.len()).any(|t| plain(t) != plain(0));
@@ -89,8 +83,8 @@ impl<'a> ModelColours<'a> {
         let uv = std::array::from_fn(|i| {
             (0..3).map(|k| shares[k] * f64::from(uvs[3 * t + k][i])).sum::<f64>()
         });
-        let texel = image.at(uv);
-        let [own, texel] = [[r, g, b], texel].map(|c| c.map(u16::from));
+        let [x, y, z, _] = image.texel(uv);
+        let [own, texel] = [[r, g, b], [x, y, z]].map(|c| c.map(u16::from));
         std::array::from_fn(|c| (own[c] * texel[c] / 255) as u8)
     }
 }
@@ -103,42 +97,6 @@ fn face_colour(a: &Attributes, t: usize) -> Option<[u8; 4]> {
     let material = a.face_materials.as_ref().map(|m| m[t])?;
     a.materials.get(material as usize).map(|m| m.colour)
 }
-
-impl Image {
-    /// The texel at texture coordinates, whose origin is the lower left; images repeat.
-    fn at(&self, [u, v]: [f64; 2]) -> [u8; 3] {
-        let place = |share: f64, count: usize| {
-            ((share.rem_euclid(1.0) * count as f64) as usize).min(count - 1)
-        };
-        let (x, y) = (place(u, self.width), self.height - 1 - place(v, self.height));
-        let at = 4 * (y * self.width + x);
-        [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2]]
-    }
-}
-
-fn decode(texture: &Texture) -> Option<Image> {
-    let mut decoder = png::Decoder::new(std::io::Cursor::new(&texture.bytes[..]));
-    decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
-    let mut reader = decoder.read_info().ok()?;
-    let size = reader.output_buffer_size().filter(|&n| n <= MOST_BYTES)?;
-    let mut bytes = vec![0; size];
-    let info = reader.next_frame(&mut bytes).ok()?;
-    let (width, height) = (info.width as usize, info.height as usize);
-    let spread = |c: &[u8]| match *c {
-        [l] => [l, l, l, 255],
-        [l, a] => [l, l, l, a],
-        [r, g, b] => [r, g, b, 255],
-        [r, g, b, a] => [r, g, b, a],
-        _ => [255; 4],
-    };
-    let channels = info.color_type.samples();
-    let rgba: Vec<u8> =
-        bytes[..width * height * channels].chunks_exact(channels).flat_map(spread).collect();
-    (width > 0 && height > 0).then_some(Image { width, height, rgba })
-}
-
-/// Textures that unpack to more bytes are left out.
-const MOST_BYTES: usize = 1 << 28;
 
 /// What is printed on each page.
 pub(crate) fn prints(

@@ -9,6 +9,7 @@ pub mod bits;
 pub mod craft;
 pub mod exact;
 pub mod histogram;
+pub mod image;
 pub mod lattice;
 mod light;
 pub mod lod;

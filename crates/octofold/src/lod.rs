@@ -28,16 +28,19 @@ mod spread;
 mod sums;
 #[cfg(test)]
 mod tests;
+mod tiling;
 mod tint;
 mod tree;
 
-pub use build::{BuildOptions, VertexRule, build, build_volume};
+pub use build::{BuildOptions, VertexRule, build, build_painted, build_volume};
 pub use column::Column;
 pub use cut::{Criterion, Cut, Eye, Octant};
 pub use drawn::{Diagonal, Drawn, Morphs, drawn};
 pub use front::{Change, Front};
 pub use patches::{Mode, Patch, Patches, Patchwork, patches};
 pub use settled::{Settled, misses, settled};
+pub use tiling::{Content, Tile, Tiling};
+pub use tint::Images;
 pub use tree::{Crossed, Lod, Node, Parts, Traits};
 
 use crate::lattice::LatticeError;

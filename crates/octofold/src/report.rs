@@ -125,7 +125,7 @@ pub enum Answer {
     Comparison(Comparison),
     /// `net info`.
     Network(Box<NetworkFacts>),
-    /// `lod build`, `lod extract` and `lod info`.
+    /// `lod build`, `lod extract`, `lod tiles` and `lod info`.
     Lod(Box<LodFacts>),
     /// `net contains`.
     Voxels {
@@ -166,6 +166,23 @@ pub struct LodFacts {
     /// What was taken from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extract: Option<ExtractFacts>,
+    /// The chain of meshes that it was written as, the finest first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chain: Option<Vec<ExtractFacts>>,
+    /// The tiles that it was written as.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tiles: Option<TilesFacts>,
+}
+
+/// The tiles of a level-of-detail model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TilesFacts {
+    /// Tiles of each level, the root's first.
+    pub tiles_by_level: Vec<u64>,
+    /// Triangles that the tiles of each level show.
+    pub triangles_by_level: Vec<u64>,
+    /// Bytes of what they show.
+    pub bytes: u64,
 }
 
 /// What was taken from a level-of-detail model.
@@ -212,6 +229,8 @@ impl LodFacts {
             border_leaves: leaves().filter(|&i| lod.traits(i as u32).is_border()).count() as u64,
             bytes,
             extract: None,
+            chain: None,
+            tiles: None,
         }
     }
 }

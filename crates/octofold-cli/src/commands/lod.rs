@@ -1,8 +1,10 @@
 //! `octofold lod`: models of many levels of detail.
 
 mod build;
+mod chain;
 mod extract;
 mod info;
+mod tiles;
 
 use crate::job::{Job, Outcome};
 use anyhow::{Result, ensure};
@@ -25,6 +27,10 @@ enum Command {
     Build(build::Args),
     /// Take a mesh of any detail from an .oflod file
     Extract(extract::Args),
+    /// Write meshes of several levels of detail into one GLB file
+    Chain(chain::Args),
+    /// Write an .oflod file as 3D Tiles, for viewers that stream
+    Tiles(tiles::Args),
     /// Tell how large a model is, and how exact each of its levels
     Info(info::Args),
 }
@@ -37,7 +43,9 @@ Examples:
   octofold lod build bunny.ply bunny.oflod --level 9
   octofold lod info bunny.oflod
   octofold lod extract bunny.oflod near.glb --eye 0,0.1,0.4 --pixels 1
-  octofold lod extract bunny.oflod print.stl --tolerance 0.001 --mode parity";
+  octofold lod extract bunny.oflod print.stl --tolerance 0.001 --mode parity
+  octofold lod chain bunny.oflod bunny.glb --count 5
+  octofold lod tiles bunny.oflod bunny-tiles --up y";
 
 impl Args {
     /// Does one of them.
@@ -45,6 +53,8 @@ impl Args {
         match self.command {
             Command::Build(args) => args.run(job),
             Command::Extract(args) => args.run(job),
+            Command::Chain(args) => args.run(job),
+            Command::Tiles(args) => args.run(job),
             Command::Info(args) => args.run(job),
         }
     }

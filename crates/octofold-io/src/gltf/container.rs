@@ -51,21 +51,23 @@ pub(super) fn split(bytes: &[u8]) -> Result<Parts<'_>, ReadError> {
     Ok((Cow::Borrowed(json.unwrap_or_default()), chunk))
 }
 
-/// A GLB from its JSON and binary data.
+/// A GLB from its JSON and binary data; its length is a multiple of eight, as 3D Tiles want it.
 pub(super) fn join(json: &[u8], data: &[u8]) -> Option<Vec<u8>> {
     let padded = |length: usize| length.next_multiple_of(4);
-    let with_data = if data.is_empty() { 0 } else { 8 + padded(data.len()) };
-    let total = u32::try_from(20 + padded(json.len()) + with_data).ok()?;
+    let head = 20 + if data.is_empty() { 0 } else { 8 + padded(data.len()) };
+    let total = (head + padded(json.len())).next_multiple_of(8);
+    let text = total - head;
+    let total = u32::try_from(total).ok()?;
     let mut bytes = Vec::with_capacity(total as usize);
     bytes.extend([MAGIC, 2, total].map(u32::to_le_bytes).as_flattened());
-    let mut chunk = |kind: u32, body: &[u8], fill: u8| {
-        bytes.extend([padded(body.len()) as u32, kind].map(u32::to_le_bytes).as_flattened());
+    let mut chunk = |kind: u32, body: &[u8], length: usize, fill: u8| {
+        bytes.extend([length as u32, kind].map(u32::to_le_bytes).as_flattened());
         bytes.extend(body);
-        bytes.resize(bytes.len().next_multiple_of(4), fill);
+        bytes.resize(bytes.len() + length - body.len(), fill);
     };
-    chunk(JSON, json, b' ');
+    chunk(JSON, json, text, b' ');
     if !data.is_empty() {
-        chunk(BIN, data, 0);
+        chunk(BIN, data, padded(data.len()), 0);
     }
     Some(bytes)
 }

@@ -24,11 +24,28 @@ const F32: u32 = 5126;
 
 /// Writes triangles as one binary file.
 pub fn write_glb(soup: &Soup, sink: &mut Sink<'_>, run: &Run) -> Result<(), WriteError> {
-    let document = Document::of(soup, run)?;
-    let (json, data) = (document.json(None), document.data);
-    let bytes = container::join(json.to_string().as_bytes(), &data)
-        .ok_or(WriteError::Unfit { format: "glb", fact: "more than 4 GiB; use ply".into() })?;
-    sink.out.write_all(&bytes).map_err(sink_error)
+    Document::of(soup, run)?.write(sink)
+}
+
+/// Writes shapes that stand for each other, the finest first, as one binary file with the extension
+/// `MSFT_lod`. Each comes with the share of the screen down to which it is shown. Viewers that do not know
+/// the extension show the first.
+pub fn write_chain(
+    shapes: &[(Soup, f64)],
+    sink: &mut Sink<'_>,
+    run: &Run,
+) -> Result<(), WriteError> {
+    let mut document = Document::default();
+    for (soup, share) in shapes {
+        let first = document.nodes.len();
+        document.add(soup, run)?;
+        if document.nodes.len() != first + 1 {
+            let fact = "each shape must have triangles, and one part; write them one by one".into();
+            return Err(WriteError::Unfit { format: "a chain of shapes", fact });
+        }
+        document.shares.push(*share);
+    }
+    document.write(sink)
 }
 
 /// Writes triangles as one JSON file, with its data embedded.
@@ -51,16 +68,31 @@ struct Document {
     images: Vec<Value>,
     /// Textures that are written, in order of their numbers.
     written: Vec<Texture>,
+    /// Shares of the screen down to which nodes are shown that stand for each other.
+    shares: Vec<f64>,
     data: Vec<u8>,
 }
 
 impl Document {
     fn of(soup: &Soup, run: &Run) -> Result<Self, WriteError> {
+        let mut document = Self::default();
+        document.add(soup, run)?;
+        Ok(document)
+    }
+
+    fn write(self, sink: &mut Sink<'_>) -> Result<(), WriteError> {
+        let bytes = container::join(self.json(None).to_string().as_bytes(), &self.data)
+            .ok_or(WriteError::Unfit { format: "glb", fact: "more than 4 GiB; use ply".into() })?;
+        sink.out.write_all(&bytes).map_err(sink_error)
+    }
+
+    /// Adds a shape: a node for each of its parts.
+    fn add(&mut self, soup: &Soup, run: &Run) -> Result<(), WriteError> {
         let mesh = soup.triangulate();
         let points = single(&mesh.points, FORMAT, run)?;
         let a = &mesh.attributes;
-        let mut document = Self::default();
-        document.all_materials(a);
+        let materials = self.materials.len();
+        self.all_materials(a);
         let scale = mesh.unit.map(|unit| unit.metres()).filter(|&metres| metres != 1.0);
         let mut splitter = Splitter::new(&mesh);
         for part in parts(a, mesh.triangles.len()) {
@@ -68,15 +100,15 @@ impl Document {
             for (material, faces) in by_material(a, &part.faces) {
                 run.check()?;
                 splitter.split(&faces);
-                let mut primitive = document.primitive(&points, &splitter);
-                primitive["material"] = json!(material);
+                let mut primitive = self.primitive(&points, &splitter);
+                primitive["material"] = json!(materials + material);
                 primitives.push(primitive);
             }
             if primitives.is_empty() {
                 continue;
             }
             let mut mesh = json!({ "primitives": primitives });
-            let mut node = json!({ "mesh": document.meshes.len() });
+            let mut node = json!({ "mesh": self.meshes.len() });
             if let Some(name) = part.name {
                 mesh["name"] = json!(name);
                 node["name"] = json!(name);
@@ -84,21 +116,30 @@ impl Document {
             if let Some(scale) = scale {
                 node["scale"] = json!([scale, scale, scale]);
             }
-            document.meshes.push(mesh);
-            document.nodes.push(node);
+            self.meshes.push(mesh);
+            self.nodes.push(node);
         }
-        Ok(document)
+        Ok(())
     }
 
     fn json(&self, uri: Option<String>) -> Value {
         let mut root = json!({ "asset": { "version": "2.0", "generator": "Octofold" } });
-        if !self.nodes.is_empty() {
+        let (mut nodes, mut shown) = (self.nodes.clone(), self.nodes.len());
+        if self.shares.len() > 1 && shown > 1 {
+            // The first stands for the others, which hang on nothing.
+            let coarser: Vec<usize> = (1..shown).collect();
+            root["extensionsUsed"] = json!(["MSFT_lod"]);
+            nodes[0]["extensions"] = json!({ "MSFT_lod": { "ids": coarser } });
+            nodes[0]["extras"] = json!({ "MSFT_screencoverage": self.shares });
+            shown = 1;
+        }
+        if shown > 0 {
             root["scene"] = json!(0);
-            root["scenes"] = json!([{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }]);
+            root["scenes"] = json!([{ "nodes": (0..shown).collect::<Vec<_>>() }]);
         }
         // Empty tables are not allowed.
         let tables = [
-            ("nodes", &self.nodes),
+            ("nodes", &nodes),
             ("meshes", &self.meshes),
             ("accessors", &self.accessors),
             ("bufferViews", &self.views),
@@ -200,13 +241,22 @@ impl Document {
             let of = |&p: &u32| &column.values[p as usize * column.width..][..column.width];
             let values: Vec<f32> = split.points.iter().flat_map(of).copied().collect();
             let count = split.points.len();
-            let accessor = self.accessor(bytemuck::cast_slice(&values), F32, kind, count);
+            let accessor = match shorts(&values).filter(|_| column.width % 2 == 0) {
+                Some(words) => self.accessor(bytemuck::cast_slice(&words), U16, kind, count),
+                None => self.accessor(bytemuck::cast_slice(&values), F32, kind, count),
+            };
             attributes[format!("_{}", column.name)] = json!(accessor);
         }
-        let view = self.view(bytemuck::cast_slice(&split.indices), Some(INDICES));
+        // The highest index of a kind stands for a break.
+        let (view, component) = if split.points.len() < usize::from(u16::MAX) {
+            let short: Vec<u16> = split.indices.iter().map(|&i| i as u16).collect();
+            (self.view(bytemuck::cast_slice(&short), Some(INDICES)), U16)
+        } else {
+            (self.view(bytemuck::cast_slice(&split.indices), Some(INDICES)), U32)
+        };
         self.accessors.push(json!({
             "bufferView": view,
-            "componentType": U32,
+            "componentType": component,
             "type": "SCALAR",
             "count": split.indices.len(),
         }));
@@ -356,6 +406,12 @@ impl<'a> Splitter<'a> {
 /// A unit vector, as glTF demands; up where there is no direction.
 fn unit(normal: [f32; 3]) -> [f32; 3] {
     glam::Vec3::from(normal).normalize_or(glam::Vec3::Z).to_array()
+}
+
+/// Numbers in half the bytes, where all of them are whole and small enough.
+fn shorts(values: &[f32]) -> Option<Vec<u16>> {
+    let short = |&x: &f32| Some(x as u16).filter(|&word| f32::from(word) == x);
+    values.iter().map(short).collect()
 }
 
 /// A colour in linear light, 16 bits a channel.

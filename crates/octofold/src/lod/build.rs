@@ -5,7 +5,7 @@ use super::crossings::Crossings;
 use super::field;
 use super::leaves::Leaves;
 use super::pyramid::{Finish, Level, pyramid};
-use super::tint::Tint;
+use super::tint::{Images, Tint};
 use super::tree::{Lod, Node, Parts, error_step};
 use super::{LodError, MOST_LEVELS};
 use crate::lattice::{Lattice, LatticeError};
@@ -70,6 +70,19 @@ const BLOCK: usize = 1 << 14;
 /// Where the level is not one of 1 to 16, the mesh crosses no edge of the grid or too many, or the
 /// work is interrupted.
 pub fn build(mesh: &Mesh, options: &BuildOptions, run: &Run) -> Result<Lod, LodError> {
+    build_painted(mesh, &[], options, run)
+}
+
+/// The same as [`build`], with the images of its materials: octants have the mean of what they show.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_painted(
+    mesh: &Mesh,
+    images: &Images,
+    options: &BuildOptions,
+    run: &Run,
+) -> Result<Lod, LodError> {
     if options.level == 0 || options.level > MOST_LEVELS {
         return Err(LodError::Level(options.level));
     }
@@ -80,7 +93,7 @@ pub fn build(mesh: &Mesh, options: &BuildOptions, run: &Run) -> Result<Lod, LodE
     if squares > MOST_CELLS {
         return Err(LodError::TooMany(squares as u64));
     }
-    let tint = Tint::of(mesh);
+    let tint = Tint::of(mesh, images, lattice.cell());
     let mut crossings = Crossings::of_mesh(&facets, tint.as_ref(), &lattice, run)?;
     let mut used = vec![false; mesh.points.len()];
     mesh.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);

@@ -123,6 +123,19 @@ impl Cut {
         cut
     }
 
+    /// The cut of the least tolerance that has no more than `octants` octants; the root alone where
+    /// there is none.
+    pub fn of_at_most(lod: &Lod, octants: usize) -> Self {
+        let errors = &lod.parts().errors;
+        let of = |step: u8| Self::by(lod, |o| errors[o.node as usize] <= step);
+        let (mut low, mut high) = (0, 255);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if of(middle).len() <= octants { high = middle } else { low = middle + 1 }
+        }
+        of(low)
+    }
+
     #[inline]
     fn walk(&mut self, lod: &Lod, mut take: impl FnMut(&Octant) -> bool) {
         let nodes = lod.nodes();

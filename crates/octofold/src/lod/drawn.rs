@@ -61,11 +61,24 @@ pub fn drawn(
     diagonal: Diagonal,
     run: &Run,
 ) -> Result<Drawn, LodError> {
-    let Sheets { rings, places, apart } = match mode {
+    let sheets = match mode {
         Mode::Manifold => Sheets::of(lod, cut, patches, run)?,
         _ => single(cut, patches),
     };
     run.stage("draw");
+    Ok(meshed(lod, cut, patches, sheets, mode, diagonal))
+}
+
+/// Draws patches on vertices that were chosen for them.
+pub(super) fn meshed<'a>(
+    lod: &Lod,
+    cut: &Cut,
+    patches: impl IntoIterator<Item = &'a Patch>,
+    sheets: Sheets,
+    mode: Mode,
+    diagonal: Diagonal,
+) -> Drawn {
+    let Sheets { rings, places, apart } = sheets;
     let octants: Vec<Octant> = places.iter().map(|&p| cut.octant(p)).collect();
     let own = |i: usize, o: &Octant| match apart.get(i) {
         Some(Some(apart)) => *apart,
@@ -115,7 +128,7 @@ pub fn drawn(
     if lod.frame().determinant() < 0.0 {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    Ok(Drawn { mesh, places })
+    Drawn { mesh, places }
 }
 
 /// One vertex for each octant that has a patch, in the order of places.

@@ -8,7 +8,7 @@ use octofold::lod::{self, BuildOptions, MOST_LEVELS, VertexRule};
 use octofold::pipeline;
 use octofold::report::{Answer, LodFacts};
 use octofold::surface::{CubesOptions, Inside};
-use octofold_io::{oflod, save};
+use octofold_io::{images, oflod, save};
 use std::path::PathBuf;
 
 /// As typed.
@@ -83,7 +83,8 @@ impl Args {
                 );
                 let mesh = soup.triangulate();
                 drop(soup);
-                lod::build(&mesh, &options, &job.run)?
+                let images = images(&mesh.attributes, &job.run);
+                lod::build_painted(&mesh, &images, &options, &job.run)?
             }
             Shape::Volume(volume) => {
                 ensure!(self.level.is_none(), "--level is for meshes, and this is a volume");

@@ -166,7 +166,7 @@ impl Args {
 }
 
 /// The largest bound of the chosen octants.
-fn largest_error(lod: &Lod, cut: &Cut) -> f64 {
+pub(super) fn largest_error(lod: &Lod, cut: &Cut) -> f64 {
     let front = cut.places().filter(|&place| cut.is_front(place));
     let errors = front.map(|place| lod.error(cut.octant(place).node) * lod.stretch());
     errors.fold(0.0, f64::max)
