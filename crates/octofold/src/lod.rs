@@ -12,7 +12,9 @@ mod bounds;
 mod build;
 mod code;
 mod column;
+mod cracks;
 mod crossings;
+mod cubes;
 mod cut;
 mod direction;
 mod drawn;
@@ -25,19 +27,22 @@ mod pyramid;
 mod settled;
 mod sheets;
 mod spread;
+mod stitching;
 mod sums;
 #[cfg(test)]
 mod tests;
 mod tint;
 mod tree;
 
-pub use build::{BuildOptions, VertexRule, build, build_volume};
+pub use build::{BuildOptions, VertexRule, build, build_volume, build_with_cubes};
 pub use column::Column;
+pub use cubes::Cubes;
 pub use cut::{Criterion, Cut, Eye, Octant};
 pub use drawn::{Diagonal, Drawn, Morphs, drawn};
 pub use front::{Change, Front};
 pub use patches::{Mode, Patch, Patches, Patchwork, patches};
 pub use settled::{Settled, misses, settled};
+pub use stitching::{Gaps, Marched, Marching, Seams};
 pub use tree::{Crossed, Lod, Node, Parts, Traits};
 
 use crate::lattice::LatticeError;

@@ -10,7 +10,7 @@
 use super::crossings::Crossings;
 use super::edges::LOCAL;
 use super::leaves::{Found, Leaves};
-use super::pyramid::Level;
+use super::pyramid::{Level, firsts};
 use crate::measure::nearest::Face;
 use crate::par;
 use crate::run::{Cancelled, Run};
@@ -53,17 +53,6 @@ pub(super) fn bounds(
         }
     }
     Ok(own)
-}
-
-/// The first child of each octant, on the level below.
-fn firsts(level: &Level) -> Vec<u32> {
-    let mut next = 0;
-    let first = |mask: &u8| {
-        let first = next;
-        next += mask.count_ones();
-        first
-    };
-    level.masks.iter().map(first).collect()
 }
 
 /// The neighbours of a level's octants, from those of their parents.
