@@ -4,6 +4,7 @@ mod chart;
 mod dohi;
 mod nishio;
 mod table;
+mod wakatsuki;
 
 use crate::job::{Job, Outcome};
 use anyhow::Result;
@@ -22,6 +23,8 @@ enum Paper {
     Nishio(nishio::Args),
     /// Broken models to single sheets to paper: Dohi, Mitani, Nishihara and Fukui
     Dohi(dohi::Args),
+    /// Multi-scale patches: Wakatsuki, Ishii, Takahashi, Imai and Makino 2003, Figs. 2 and 10 to 13
+    Wakatsuki(wakatsuki::Args),
 }
 
 impl Args {
@@ -30,6 +33,7 @@ impl Args {
         match self.paper {
             Paper::Nishio(args) => args.run(job),
             Paper::Dohi(args) => args.run(job),
+            Paper::Wakatsuki(args) => args.run(job),
         }
     }
 }

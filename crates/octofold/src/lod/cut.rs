@@ -239,6 +239,13 @@ impl View {
         (distance - (error / self.share + error + radius)).abs()
     }
 
+    /// How many times as large an error looks as it may; of what is not taken more than once.
+    pub(super) fn excess(&self, error: f64, octant: &Octant) -> f64 {
+        let radius = f64::from(octant.size) * (3f64.sqrt() / 2.0);
+        let distance = (middle(octant) - self.eye).length() - radius - error;
+        if distance > 0.0 { error / (self.share * distance) } else { f64::INFINITY }
+    }
+
     #[inline]
     pub(super) fn takes(&self, error: f64, octant: &Octant) -> bool {
         // Balls round octants hold those of their children, so that what is taken never depends on

@@ -308,7 +308,7 @@ mod tests {
         let meshes = [
             Sample::Torus.polygons(40).unwrap().triangulate(),
             Sample::Cone.polygons(30).unwrap().triangulate(),
-            Sample::Gear.polygons(40).unwrap().triangulate(),
+            Sample::Tetrahedron.polygons(3).unwrap().triangulate(),
             thin(),
         ];
         let options = BuildOptions { level: 7, ..BuildOptions::default() };
