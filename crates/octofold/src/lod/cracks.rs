@@ -41,11 +41,16 @@ impl Cracks<'_> {
         if entry.mask >> octant & 1 == 0 { NONE } else { entry.first + before }
     }
 
-    /// The segments of an octant's triangles on its side `way`.
-    pub(super) fn segments(&self, node: u32, way: usize) -> Vec<[u32; 2]> {
-        let Some(piece) = CELLS.piece(self.lod.nodes()[node as usize]) else { return Vec::new() };
+    /// The segments of an octant's triangles on its side `way`: no more than two.
+    pub(super) fn segments(
+        &self,
+        node: u32,
+        way: usize,
+    ) -> impl Iterator<Item = [u32; 2]> + Clone + use<'_> {
+        let piece = CELLS.piece(self.lod.nodes()[node as usize]);
         let own = self.cubes.vertices(node);
-        piece.segments[way].iter().map(|ends| ends.map(|e| own[e as usize])).collect()
+        let segments = piece.map_or(&[][..], |piece| &piece.segments[way]);
+        segments.iter().map(|ends| ends.map(|e| own[e as usize]))
     }
 
     /// The vertices on the edges of an octant's side `way`.
@@ -64,7 +69,7 @@ impl Cracks<'_> {
     ) {
         let node = self.cut.entries[coarse as usize].node;
         let (segments, crossings) = (self.segments(node, way), self.crossings(node, way));
-        self.of_face(segments, crossings, beside, way ^ 1, crack);
+        self.of_face(segments.collect(), crossings, beside, way ^ 1, crack);
     }
 
     /// The cracks between segments on a face, as triangles on one side have them, and the children of
@@ -85,12 +90,12 @@ impl Cracks<'_> {
             }
             let node = self.cut.entries[child as usize].node;
             let own = self.segments(node, way);
-            segments.extend(&own);
+            segments.extend(own.clone());
             let edges = self.crossings(node, way);
             halves[u][v] = edges[u];
             halves[2 + v][u] = edges[2 + v];
             if !self.cut.is_front(child) {
-                let turned = own.iter().map(|&[from, to]| [to, from]).collect();
+                let turned = own.map(|[from, to]| [to, from]).collect();
                 self.of_face(turned, edges, child, way, crack);
             }
         }

@@ -145,16 +145,18 @@ impl<'a> Marching<'a> {
     fn stitch(&mut self, cut: &Cut) {
         let cracks = Cracks { lod: self.lod, cubes: self.cubes, cut };
         let Self { neighbours, places, normals, moved, marched, .. } = self;
+        let mut smaller = Vec::new();
         Self::mixed_faces(cut, neighbours, |place, way, beside| {
             marched.mixed_faces += 1;
             let node = cut.entries[place as usize].node;
-            let (ends, edges) = (cracks.segments(node, way), cracks.crossings(node, way));
             let own = cracks.lod.nodes()[node as usize];
             if own.odd() != 0 && CELLS.piece(own).is_none() {
                 return;
             }
-            let face = Face { way: way ^ 1, ends, edges };
-            let mut smaller = vec![(beside, 0b1111u8)];
+            let mut ends = cracks.segments(node, way);
+            let ends = [ends.next(), ends.next()];
+            let face = Face { way: way ^ 1, ends, edges: cracks.crossings(node, way) };
+            smaller.push((beside, 0b1111u8));
             while let Some((divided, touching)) = smaller.pop() {
                 for (u, v) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                     let child = cracks.child(divided, quarter(face.way, u, v));
@@ -262,7 +264,7 @@ struct Face {
     /// The side on which the smaller ones have it.
     way: usize,
     /// Ends of the larger one's segments.
-    ends: Vec<[u32; 2]>,
+    ends: [Option<[u32; 2]>; 2],
     /// Vertices on its edges.
     edges: [Option<u32>; 4],
 }
@@ -287,7 +289,7 @@ impl Face {
         let near = |p: &(DVec3, f64, [u32; 2]), q: &(DVec3, f64, [u32; 2])| {
             p.0.distance_squared(from).total_cmp(&q.0.distance_squared(from))
         };
-        let (place, share, ends) = self.ends.iter().map(on).min_by(near)?;
+        let (place, share, ends) = self.ends.iter().flatten().map(on).min_by(near)?;
         let [first, second] = ends.map(|v| direction::unpacked(normals[v as usize]));
         Some((place.as_vec3().to_array(), direction::packed(first.lerp(second, share))))
     }
@@ -327,7 +329,7 @@ mod tests {
             let node = cut.entries[place as usize].node;
             let edges = cracks.crossings(node, way);
             let mut below = vec![(beside, 0b1111u8)];
-            let mut fits = cracks.segments(node, way).len() == 1;
+            let mut fits = cracks.segments(node, way).count() == 1;
             while let Some((divided, touching)) = below.pop() {
                 for (u, v) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                     let child = cracks.child(divided, quarter(way ^ 1, u, v));

@@ -14,7 +14,7 @@ use super::chart::{Axes, Series, chart};
 use super::table::Table;
 use crate::files::ReadingArgs;
 use crate::job::{Account, Job, Outcome};
-use crate::{files, page, picture};
+use crate::{files, memory, page, picture};
 use anyhow::{Context, Result};
 use octofold::lod::{
     BuildOptions, Criterion, Cubes, Cut, Diagonal, Eye, Front, Lod, Mode, Patchwork, VertexRule,
@@ -54,10 +54,11 @@ Examples:
   octofold paper wakatsuki wakatsuki
   octofold paper wakatsuki wakatsuki --model bunny.obj";
 
-/// Samples along the kettle's cube.
-const KETTLE: usize = 200;
 /// Distances of Fig. 10.
 const DISTANCES: [f64; 9] = [250.0, 354.0, 500.0, 707.0, 1000.0, 1414.0, 2000.0, 2828.0, 4000.0];
+/// Where the eye of Fig. 2 is, and how much less it asks, so that levels can be told apart.
+const NEAR: f64 = 180.0;
+const COARSER: f64 = 12.0;
 /// Patches that an eye is followed with, frames, and degrees between two of them.
 const FOLLOWED: usize = 100_000;
 const FRAMES: u32 = 120;
@@ -94,13 +95,6 @@ impl Rules {
         BuildOptions { level, vertex, ..BuildOptions::default() }
     }
 
-    fn mode(self) -> Mode {
-        match self {
-            Self::Published => Mode::Paper,
-            Self::Ours => Mode::Any,
-        }
-    }
-
     /// What is chosen for an eye; the more `measure`, the fewer octants.
     fn criterion(self, position: [f64; 3], measure: f64) -> Criterion {
         match self {
@@ -121,6 +115,8 @@ struct Model {
     octants: usize,
     /// Of the conversion on one thread, the least of three.
     seconds: f64,
+    /// The same in time of the processor.
+    processor_seconds: Option<f64>,
     /// Bytes of the model.
     bytes: usize,
     /// Bytes for marching cubes: as held here, with only the crossings of each octant in as few bytes as
@@ -215,7 +211,7 @@ impl Args {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy();
                 (name.into_owned(), mesh, upright)
             }
-            None => ("kettle".into(), kettle(&run)?, false),
+            None => ("kettle".into(), kettle(1 << level, &run)?, false),
         };
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let (mesh, holes) = holes::close(&mesh);
@@ -235,8 +231,9 @@ impl Args {
     }
 }
 
-fn kettle(run: &Run) -> Result<Mesh> {
-    let field = Sample::Kettle.volume(KETTLE).context("the kettle is a solid")?;
+/// The kettle, with so many samples along its cube.
+fn kettle(samples: usize, run: &Run) -> Result<Mesh> {
+    let field = Sample::Kettle.volume(samples).context("the kettle is a solid")?;
     let options = SurfaceOptions {
         method: SurfaceMethod::Cubes,
         iso: Some(0.0),
@@ -264,8 +261,7 @@ impl Desk<'_> {
             models.push(model);
             next()?;
             let probes = Probes::of(&self.mesh, self.unit(&lod));
-            let (mode, run) = (rules.mode(), &self.run);
-            let bench = Bench { lod: &lod, cubes: &cubes, probes: &probes, mode, run };
+            let bench = Bench { lod: &lod, cubes: &cubes, probes: &probes, run: &self.run };
             for row in published::ROWS {
                 let sight = self.sight(&bench, rules, row)?;
                 if row.distance == published::ROWS[0].distance {
@@ -315,11 +311,16 @@ impl Desk<'_> {
 
     fn model(&self, rules: Rules) -> Result<(Model, Lod, Cubes)> {
         let options = rules.options(self.level);
-        let mut seconds = f64::INFINITY;
+        let (mut seconds, mut processor) = (f64::INFINITY, None::<f64>);
         for _ in 0..3 {
-            let begin = Instant::now();
-            par::with_threads(1, || build(&self.mesh, &options, &self.run))?;
-            seconds = seconds.min(begin.elapsed().as_secs_f64());
+            let (took, ran) = par::with_threads(1, || -> Result<_> {
+                let (begin, before) = (Instant::now(), memory::ran());
+                build(&self.mesh, &options, &self.run)?;
+                let ran = memory::ran().zip(before).map(|(after, before)| after - before);
+                Ok((begin.elapsed().as_secs_f64(), ran))
+            })?;
+            seconds = seconds.min(took);
+            processor = ran.map(|ran| processor.map_or(ran, |least| least.min(ran)));
         }
         let (lod, cubes) = build_with_cubes(&self.mesh, &options, &self.run)?;
         let octants = lod.nodes().len();
@@ -329,6 +330,7 @@ impl Desk<'_> {
             rules,
             octants,
             seconds,
+            processor_seconds: processor,
             bytes: octants * (11 + 5),
             cubes_held: octants * 11 + cubes.bytes(),
             cubes_packed: octants * 11 + cubes.crossings() * 3,
@@ -340,7 +342,7 @@ impl Desk<'_> {
     fn sight(&self, bench: &Bench<'_>, rules: Rules, row: published::Row) -> Result<Sight> {
         let place = self.place(bench.lod, row.distance, 0.0);
         let of = |measure| rules.criterion(place, measure);
-        let (cut, measure) = matched(bench.lod, bench.mode, row.patches as usize, of);
+        let (cut, measure) = matched(bench.lod, Mode::Any, row.patches as usize, of);
         let trials = Method::ALL.map(|method| bench.trial(&cut, method));
         Ok(Sight {
             rules,
@@ -366,7 +368,7 @@ impl Desk<'_> {
                 rules,
                 distance,
                 select_ms,
-                patches: patches(bench.lod, &cut, bench.mode, &self.run)?.len(),
+                patches: patches(bench.lod, &cut, Mode::Any, &self.run)?.len(),
                 patches_ms: bench.milliseconds(&cut, Method::Patches),
                 cubes: cubes.len(),
                 stitched_ms: bench.milliseconds(&cut, Method::Stitched),
@@ -429,19 +431,19 @@ impl Desk<'_> {
 
     /// Writes the pictures of one set of rules, and hands back the patches at the first distance.
     fn pictures(&self, bench: &Bench<'_>, rules: Rules, sight: &Sight) -> Result<Mesh> {
-        let of = |distance: f64| {
-            let criterion = rules.criterion(self.place(bench.lod, distance, 0.0), sight.measure);
+        let of = |distance: f64, measure: f64| {
+            let criterion = rules.criterion(self.place(bench.lod, distance, 0.0), measure);
             Cut::select(bench.lod, &criterion, &self.run)
         };
-        let cut = of(sight.distance)?;
+        let cut = of(sight.distance, sight.measure)?;
         let (patches_mesh, ..) = bench.made(&cut, Method::Patches)?;
         self.draw(&patches_mesh, &format!("fig11-mp-{}.png", rules.name()))?;
         let (cubes_mesh, ..) = bench.made(&cut, Method::Stitched)?;
         self.draw(&cubes_mesh, &format!("fig12-cs-{}.png", rules.name()))?;
-        let near = of(published::SIDE)?;
-        let found = patches(bench.lod, &near, bench.mode, &self.run)?;
+        let near = of(NEAR, COARSER * sight.measure)?;
+        let found = patches(bench.lod, &near, Mode::Any, &self.run)?;
         let mut levels =
-            drawn(bench.lod, &near, &found, bench.mode, Diagonal::Flatter, &self.run)?.mesh;
+            drawn(bench.lod, &near, &found, Mode::Any, Diagonal::Flatter, &self.run)?.mesh;
         let colour = |p: &octofold::lod::Patch| {
             let triangles = p.corners().count() - 2;
             std::iter::repeat_n(tint(near.octant(p.owner).level), triangles)

@@ -68,8 +68,9 @@ fn claims(results: &Results) -> Table {
             let name = format!("data of MP by that of CS, {what}, rules {rules}");
             claim(name, most.clone(), share, share <= published::DATA_SHARE + 0.005);
         }
-        let name = format!("seconds of the conversion, rules {rules}");
-        claim(name, "0.5".into(), model.seconds, model.seconds < 0.5);
+        let name = format!("seconds of the conversion on a processor, rules {rules}");
+        let seconds = model.processor_seconds.unwrap_or(model.seconds);
+        claim(name, "0.5".into(), seconds, seconds < 0.5);
     }
     let [mean, ..] = results.following.step_ms;
     claim("milliseconds of a frame at half a degree".into(), "2".into(), mean, mean <= 2.0);
@@ -148,7 +149,7 @@ fn data(results: &Results) -> Table {
             megabytes(m.cubes_published),
             megabytes(m.cubes_held),
             megabytes(m.cubes_packed),
-            digits(m.seconds),
+            digits(m.processor_seconds.unwrap_or(m.seconds)),
         ]
     };
     let published = ["published", "–", "17", "28", "–", "–"].map(String::from);
