@@ -4,10 +4,12 @@
 //! edge, and the surface's vertices against all patches round the octant. Above, the vertices of an
 //! octant's children are measured against the patches round its own vertex, and what is found is
 //! added to the children's bounds: the distance of three surfaces is at most the sum of two. Quads
-//! are measured with both diagonals. Where no edge of an octant is crossed, its whole extent is taken.
+//! are measured with both diagonals. The other way, the middles of diagonals of patches that are not nearly
+//! flat are measured against the patches round the children. Where no edge of an octant is crossed, its whole extent is taken.
 //! Source: specification of LOD, D.2 "Pixel bound", by sums of levels instead of samples at each.
 
 use super::crossings::Crossings;
+use super::direction;
 use super::edges::LOCAL;
 use super::leaves::{Found, Leaves};
 use super::pyramid::{Level, firsts};
@@ -34,14 +36,21 @@ pub(super) fn bounds(
     let mut neighbours: Neighbours = vec![[NONE; 6]];
     let mut own = Vec::new();
     for (depth, level) in levels.iter().enumerate() {
-        let star = Stars { level, neighbours: &neighbours, size: 1 << (levels.len() - 1 - depth) };
+        let size = 1 << (levels.len() - 1 - depth);
+        let star = Stars { level, neighbours: &neighbours, size };
         let Some(below) = levels.get(depth + 1) else {
             own.push(of_leaves(&star, leaves, crossings, vertices, run)?);
             break;
         };
         let firsts = firsts(level);
-        own.push(of_octants(&star, below, &firsts, run)?);
-        neighbours = descended(level, below, &firsts, &neighbours, run)?;
+        let next = descended(level, below, &firsts, &neighbours, run)?;
+        let finer = Stars { level: below, neighbours: &next, size: size / 2 };
+        let mut bounds = of_octants(&star, below, &firsts, run)?;
+        for (octant, bound) in of_patches(&star, &finer, &firsts, run)? {
+            bounds[octant as usize] = bounds[octant as usize].max(bound);
+        }
+        own.push(bounds);
+        neighbours = next;
     }
     for depth in (0..own.len() - 1).rev() {
         let (above, below) = own.split_at_mut(depth + 1);
@@ -99,6 +108,12 @@ struct Stars<'a> {
 impl Stars<'_> {
     /// The vertices round edge `edge` of octant `i`, in the order of the ring.
     fn ring(&self, i: usize, edge: usize) -> Option<[DVec3; 4]> {
+        let octants = self.octants(i, edge)?;
+        Some(octants.map(|octant| self.level.vertex(octant as usize, self.size)))
+    }
+
+    /// The octants round edge `edge` of octant `i`, in the order of the ring.
+    fn octants(&self, i: usize, edge: usize) -> Option<[u32; 4]> {
         let local = &LOCAL[edge];
         let first = self.neighbours[i][local.ways[0]];
         let second = self.neighbours[i][local.ways[1]];
@@ -109,9 +124,9 @@ impl Stars<'_> {
         if third == NONE {
             return None;
         }
-        let mut ring = [DVec3::ZERO; 4];
+        let mut ring = [NONE; 4];
         for (octant, place) in [i as u32, first, second, third].into_iter().zip(local.places) {
-            ring[place] = self.level.vertex(octant as usize, self.size);
+            ring[place] = octant;
         }
         Some(ring)
     }
@@ -186,6 +201,61 @@ fn of_octants(
         block.map(bound).collect::<Vec<_>>()
     })?;
     Ok(parts.concat())
+}
+
+/// How far the patches of a level are from those round the children of their octants, for each octant
+/// of a patch.
+fn of_patches(
+    stars: &Stars<'_>,
+    finer: &Stars<'_>,
+    firsts: &[u32],
+    run: &Run,
+) -> Result<Vec<(u32, f32)>, Cancelled> {
+    let level = stars.level;
+    let parts = par::blocks(run, level.codes.len(), BLOCK, |block| {
+        let mut found = Vec::new();
+        let mut faces = [Vec::new(), Vec::new()];
+        for i in block {
+            // Each edge by the octant on whose low sides it lies.
+            for edge in [0, 4, 8].into_iter().filter(|e| level.crossed[i].any >> e & 1 == 1) {
+                let Some(octants) = stars.octants(i, edge) else { continue };
+                let ring = octants.map(|o| level.vertex(o as usize, stars.size));
+                if is_flat(level, octants, ring, stars.size) {
+                    continue;
+                }
+                let middles = [ring[0] + ring[2], ring[1] + ring[3]].map(|sum| sum / 2.0);
+                let mut least = [f64::INFINITY; 2];
+                for octant in octants.map(|o| o as usize) {
+                    let first = firsts[octant] as usize;
+                    for child in first..first + level.masks[octant].count_ones() as usize {
+                        finer.faces(child, &mut faces);
+                        for (least, &middle) in least.iter_mut().zip(&middles) {
+                            for face in &faces[0] {
+                                *least = least.min(face.distance_squared(middle));
+                            }
+                        }
+                    }
+                }
+                let bound = least[0].max(least[1]).sqrt().min(stars.extent()) as f32;
+                found.extend(octants.map(|octant| (octant, bound)));
+            }
+        }
+        found
+    })?;
+    Ok(parts.concat())
+}
+
+/// Whether a patch is so flat, and its octants face so much the same way, that it keeps near to what its
+/// octants hold.
+fn is_flat(level: &Level, octants: [u32; 4], ring: [DVec3; 4], size: u32) -> bool {
+    const SAME_WAY: f64 = 0.9;
+    const FLAT: f64 = 0.05;
+    let [a, b, c, d] = ring;
+    let normal = (c - a).cross(d - b).normalize_or_zero();
+    let apart = (b - a).dot(normal).abs().max((d - a).dot(normal).abs());
+    let normals = octants.map(|o| direction::unpacked(level.normals[o as usize]));
+    let first = normals[0];
+    apart <= FLAT * f64::from(size) && normals.iter().all(|n| n.dot(first) >= SAME_WAY)
 }
 
 fn of_leaves(
