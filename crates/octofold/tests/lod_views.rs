@@ -165,12 +165,12 @@ struct Seen {
     most: [f64; 2],
 }
 
-/// For each sample that an eye sees of the original or of what is drawn for it, the other is hardly ever
-/// further away than the bound at that distance, and never three times as far: so silhouettes and depths
-/// differ by no more.
+/// For each sample that an eye sees of the original or of what is drawn for it, the other is no
+/// further away than the bound at that distance: so silhouettes and depths differ by no more. Where the
+/// surface has a border, it may be.
 #[test]
 fn samples_of_both_pictures_are_within_the_bound() {
-    let (eyes, rays) = if is_sweep() { (200, 2000) } else { (3, 400) };
+    let (eyes, rays) = if is_sweep() { (200, 500) } else { (3, 400) };
     let mut models = vec![
         ("torus", Sample::Torus.polygons(60).unwrap().triangulate(), 7),
         ("kettle", of_field(Sample::Kettle, 48), 6),
@@ -216,7 +216,9 @@ fn samples_of_both_pictures_are_within_the_bound() {
                 all.most[1]
             );
             let most = all.most[0].max(all.most[1]);
-            assert!(share <= 0.002 && most <= 3.0, "{name}, {pixels} px: {share} {most}");
+            // The bunny has holes.
+            let allowed = if name == "stanford-bunny" { 1.6 } else { 1.0 };
+            assert!(most <= allowed, "{name}, {pixels} px: {share} {most}");
         }
     }
 }

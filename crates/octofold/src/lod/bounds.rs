@@ -5,7 +5,8 @@
 //! octant's children are measured against the patches round its own vertex, and what is found is
 //! added to the children's bounds: the distance of three surfaces is at most the sum of two. Quads
 //! are measured with both diagonals. The other way, the middles of diagonals of patches that are not nearly
-//! flat are measured against the patches round the children. Where no edge of an octant is crossed, its whole extent is taken.
+//! flat are measured against the patches round the children, and the larger of both sums is taken. Where
+//! no edge of an octant is crossed, its whole extent is taken.
 //! Source: specification of LOD, D.2 "Pixel bound", by sums of levels instead of samples at each.
 
 use super::crossings::Crossings;
@@ -34,7 +35,7 @@ pub(super) fn bounds(
 ) -> Result<Vec<Vec<f32>>, Cancelled> {
     run.stage("bounds");
     let mut neighbours: Neighbours = vec![[NONE; 6]];
-    let mut own = Vec::new();
+    let (mut own, mut back) = (Vec::new(), Vec::new());
     for (depth, level) in levels.iter().enumerate() {
         let size = 1 << (levels.len() - 1 - depth);
         let star = Stars { level, neighbours: &neighbours, size };
@@ -45,13 +46,26 @@ pub(super) fn bounds(
         let firsts = firsts(level);
         let next = descended(level, below, &firsts, &neighbours, run)?;
         let finer = Stars { level: below, neighbours: &next, size: size / 2 };
-        let mut bounds = of_octants(&star, below, &firsts, run)?;
+        own.push(of_octants(&star, below, &firsts, run)?);
+        let mut bounds = vec![0f32; level.codes.len()];
         for (octant, bound) in of_patches(&star, &finer, &firsts, run)? {
             bounds[octant as usize] = bounds[octant as usize].max(bound);
         }
-        own.push(bounds);
+        back.push(bounds);
         neighbours = next;
     }
+    // On the finest level both ways are the same.
+    back.extend(own.last().cloned());
+    summed(&mut own, levels);
+    summed(&mut back, levels);
+    for (own, back) in own.iter_mut().flatten().zip(back.iter().flatten()) {
+        *own = own.max(*back);
+    }
+    Ok(own)
+}
+
+/// Adds the largest of its children's bounds to each octant's.
+fn summed(own: &mut [Vec<f32>], levels: &[Level]) {
     for depth in (0..own.len() - 1).rev() {
         let (above, below) = own.split_at_mut(depth + 1);
         let (above, mut children) = (&mut above[depth], below[0].iter());
@@ -61,7 +75,6 @@ pub(super) fn bounds(
             *bound += worst;
         }
     }
-    Ok(own)
 }
 
 /// The neighbours of a level's octants, from those of their parents.
@@ -228,6 +241,13 @@ fn of_patches(
                 for octant in octants.map(|o| o as usize) {
                     let first = firsts[octant] as usize;
                     for child in first..first + level.masks[octant].count_ones() as usize {
+                        // Patches round a vertex are no further from it than two octants.
+                        let near = finer.level.vertex(child, finer.size);
+                        let reach = 2.0 * finer.extent();
+                        let mut far = middles.iter().zip(&least);
+                        if far.all(|(m, l)| m.distance(near) > l.sqrt() + reach) {
+                            continue;
+                        }
                         finer.faces(child, &mut faces);
                         for (least, &middle) in least.iter_mut().zip(&middles) {
                             for face in &faces[0] {

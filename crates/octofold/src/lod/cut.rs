@@ -214,6 +214,10 @@ impl Cut {
     }
 }
 
+/// How much further patches between octants of different levels may be from the surface than those of
+/// either level: more than was ever found (`cargo xtask sweep lod-views`).
+const MIXED: f64 = 1.4;
+
 /// A view in finest cells, ready for many octants.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
@@ -228,7 +232,7 @@ impl View {
         // A pixel in the corner of a square picture is a smaller angle than one in the middle.
         let pixel = 2.0 * slope / eye.height / (1.0 + 2.0 * slope * slope);
         // Lengths grow by at most the stretch on the way to the world; distances by the shortest.
-        let share = eye.pixels * pixel * shortest(lod) / lod.stretch();
+        let share = eye.pixels / MIXED * pixel * shortest(lod) / lod.stretch();
         Self { eye: in_cells(lod, eye.position), share }
     }
 

@@ -5,7 +5,6 @@
 //! as published and with ours. A folder gets tables, charts, pictures, all figures as JSON and CSV, and
 //! a page to look at.
 
-mod holes;
 mod published;
 mod tables;
 mod trial;
@@ -47,8 +46,8 @@ pub struct Args {
 }
 
 const AFTER_HELP: &str = "\
-Open index.html in OUTDIR with any browser. Holes of the mesh are closed first, since marching cubes
-must know inside from outside. Lengths are those of the paper: the root cube has side 256.
+Open index.html in OUTDIR with any browser. Marching cubes leave out octants at the border of an open
+mesh. Lengths are those of the paper: the root cube has side 256.
 
 Examples:
   octofold paper wakatsuki wakatsuki
@@ -174,7 +173,6 @@ struct Results {
     paper: &'static str,
     model: String,
     triangles: usize,
-    holes: usize,
     level: u32,
     published: [published::Row; 3],
     models: Vec<Model>,
@@ -193,7 +191,6 @@ struct Desk<'a> {
     run: Run,
     name: String,
     mesh: Mesh,
-    holes: usize,
     upright: bool,
     level: u32,
 }
@@ -214,8 +211,7 @@ impl Args {
             None => ("kettle".into(), kettle(1 << level, &run)?, false),
         };
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        let (mesh, holes) = holes::close(&mesh);
-        let desk = Desk { folder, job, run, name, mesh, holes, upright, level };
+        let desk = Desk { folder, job, run, name, mesh, upright, level };
         let results = desk.results()?;
         let tables = tables::all(&results);
         let charts = desk.charts(&results)?;
@@ -284,7 +280,6 @@ impl Desk<'_> {
             paper: "Wakatsuki, Ishii, Takahashi, Imai, Makino 2003",
             model: self.name.clone(),
             triangles: self.mesh.triangles.len(),
-            holes: self.holes,
             level: self.level,
             published: published::ROWS,
             models,
@@ -363,7 +358,7 @@ impl Desk<'_> {
                 cut.reselect(bench.lod, &criterion);
                 cut.places().len()
             });
-            let (_, cubes, _) = bench.made(&cut, Method::Stitched)?;
+            let cubes = bench.made(&cut, Method::Stitched)?.firsts;
             Ok(Timing {
                 rules,
                 distance,
@@ -436,9 +431,9 @@ impl Desk<'_> {
             Cut::select(bench.lod, &criterion, &self.run)
         };
         let cut = of(sight.distance, sight.measure)?;
-        let (patches_mesh, ..) = bench.made(&cut, Method::Patches)?;
+        let patches_mesh = bench.made(&cut, Method::Patches)?.mesh;
         self.draw(&patches_mesh, &format!("fig11-mp-{}.png", rules.name()))?;
-        let (cubes_mesh, ..) = bench.made(&cut, Method::Stitched)?;
+        let cubes_mesh = bench.made(&cut, Method::Stitched)?.mesh;
         self.draw(&cubes_mesh, &format!("fig12-cs-{}.png", rules.name()))?;
         let near = of(NEAR, COARSER * sight.measure)?;
         let found = patches(bench.lod, &near, Mode::Any, &self.run)?;
@@ -544,8 +539,8 @@ impl Desk<'_> {
                 "The experiments of Wakatsuki, Ishii, Takahashi, Imai and Makino 2003, repeated with \
                  {} at level {} beside the published figures, which are those of the Stanford bunny \
                  at level 8 on a Pentium III at 550 MHz. Lengths are in the paper's unit: the root \
-                 cube has side 256. {} holes were closed.",
-                self.name, self.level, self.holes
+                 cube has side 256.",
+                self.name, self.level
             )),
             text(
                 "MP are multi-scale patches, CS is marching cubes on the same octants with stitched \

@@ -210,12 +210,16 @@ fn cracks(results: &Results) -> Table {
                 gaps.count.to_string(),
                 digits(gaps.area),
                 digits(gaps.largest),
+                trial.undecided.to_string(),
             ]);
         }
     }
     Table {
-        caption: "Cracks that stay open between octants of marching cubes, and their area".into(),
-        head: cells(["distance", "cracks", "area", "largest"]),
+        caption:
+            "Cracks that stay open between octants of marching cubes, their area, and octants \
+                  that are left out at borders"
+                .into(),
+        head: cells(["distance", "cracks", "area", "largest", "octants left out"]),
         rows,
     }
 }

@@ -88,6 +88,8 @@ pub struct Trial {
     pub area: Spread,
     /// Patches by area, in steps of a tenth.
     pub areas: Vec<u32>,
+    /// Octants that marching cubes leave out at the border of an open surface.
+    pub undecided: u64,
     /// What stays open between octants.
     pub gaps: Option<Gaps>,
 }
@@ -140,6 +142,17 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     })
 }
 
+/// A cut as a mesh.
+pub struct Made {
+    pub mesh: Mesh,
+    /// The first triangle of each patch.
+    pub firsts: Vec<u32>,
+    /// Octants that were left out.
+    pub undecided: u64,
+    /// What stays open between octants.
+    pub gaps: Option<Gaps>,
+}
+
 /// A model and what is measured on it.
 pub struct Bench<'a> {
     pub lod: &'a Lod,
@@ -151,7 +164,7 @@ pub struct Bench<'a> {
 impl Bench<'_> {
     /// Draws a cut by one method and measures the result.
     pub fn trial(&self, cut: &Cut, method: Method) -> Result<Trial> {
-        let (mesh, firsts, gaps) = self.made(cut, method)?;
+        let Made { mesh, firsts, undecided, gaps } = self.made(cut, method)?;
         let (error, missed) = self.probes.measure(&mesh);
         let areas = areas(&mesh, &firsts, self.probes.unit);
         let mut histogram = vec![0; AREA_STEPS];
@@ -167,17 +180,19 @@ impl Bench<'_> {
             missed,
             area: Spread::of(&areas),
             areas: histogram,
+            undecided,
             gaps,
         })
     }
 
-    /// The mesh of a cut, the first triangle of each patch, and what stays open.
-    pub fn made(&self, cut: &Cut, method: Method) -> Result<(Mesh, Vec<u32>, Option<Gaps>)> {
+    /// The mesh of a cut by one method.
+    pub fn made(&self, cut: &Cut, method: Method) -> Result<Made> {
         if let Some(seams) = method.seams() {
             let mut marching = Marching::new(self.lod, self.cubes);
-            let firsts = marching.make(cut, seams).patches.clone();
+            let marched = marching.make(cut, seams);
+            let (firsts, undecided) = (marched.patches.clone(), marched.undecided);
             let gaps = (seams != Seams::Filled).then(|| marching.gaps(cut));
-            return Ok((marching.mesh(), firsts, gaps));
+            return Ok(Made { mesh: marching.mesh(), firsts, undecided, gaps });
         }
         let mut patchwork = Patchwork::default();
         let patches = patchwork.make(self.lod, cut, Mode::Any);
@@ -189,7 +204,7 @@ impl Bench<'_> {
         }
         let Drawn { mesh, .. } =
             drawn(self.lod, cut, patches, Mode::Any, Diagonal::Flatter, self.run)?;
-        Ok((mesh, firsts, None))
+        Ok(Made { mesh, firsts, undecided: 0, gaps: None })
     }
 
     /// The least time for the patches of a cut, in memory that is used again and on one thread.
