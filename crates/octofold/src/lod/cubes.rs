@@ -38,7 +38,7 @@ impl Cubes {
         let mut numbers = Vec::with_capacity(found.edges.len());
         for (i, edge) in found.edges.iter().enumerate() {
             let mut samples: Vec<usize> = found.of(i).collect();
-            if samples.len() % 2 == 0 {
+            if samples.len().is_multiple_of(2) {
                 numbers.push(NONE);
                 continue;
             }
