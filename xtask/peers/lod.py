@@ -6,6 +6,9 @@
           of an octant in columns, coded, and in columns packed by zstd-19
  extract  one thread, for an eye at one length of the model: octants and patches at 0.25 to 4 pixels,
           milliseconds for choosing octants and for making patches, the best of seven runs
+ follow   what `paper wakatsuki` tells of an eye that goes round the model by half a degree a frame: about
+          100 000 patches from the root down, in memory that is used again and in new memory, and by
+          what changes
  modes    faults of a cut of many levels in each mode: boundary edges, edges of three patches or more,
           triangles wound against each other
 
@@ -70,6 +73,14 @@ def main():
                 facts = runs[0]["extract"]
                 print(f"| {name} | {pixels} | {facts['octants']} | {facts['patches']} "
                       f"| {best[0]:.2f} | {best[1]:.2f} |")
+        print("\n| model | patches | select ms | patches ms | in new memory | frame ms | slowest |")
+        print("| --- | --- | --- | --- | --- | --- | --- |")
+        for name, path, level in MODELS:
+            out = folder / f"{name}-paper"
+            told("paper", "wakatsuki", out, "--model", path, "--level", level)
+            f = json.loads((out / "results.json").read_text())["following"]
+            print(f"| {name} | {f['patches']} | {f['select_ms']:.2f} | {f['patches_ms']:.2f} "
+                  f"| {f['first_ms']:.2f} | {f['step_ms'][0]:.2f} | {f['step_ms'][2]:.2f} |")
         print("\n| model | mode | patches | divided | boundary | three or more | wound wrongly |")
         print("| --- | --- | --- | --- | --- | --- | --- |")
         for name, path, _ in MODELS:

@@ -15,7 +15,7 @@ const USAGE: &str = "\
 cargo xtask test          everything that CI checks
 cargo xtask tidy          the conventions of the repository
 cargo xtask sweep NAME    the whole of a large sweep: formats, certified, cubes, labels, lod,
-                          lod-cuts, network, published, repair, simplify or voxels
+                          lod-cuts, lod-views, network, published, repair, simplify or voxels
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
                           models, labels, certified, lod, tiles, network, repair, damaged,
                           sheets or simplify";

@@ -7,13 +7,14 @@ use crate::{cargo, must};
 use anyhow::{Context, Result};
 
 /// Name, package and filters of each sweep.
-const SWEEPS: [(&str, &str, &[&str]); 11] = [
+const SWEEPS: [(&str, &str, &[&str]); 12] = [
     ("formats", "octofold-io", &[]),
     ("certified", "octofold", &["surface::certified"]),
     ("cubes", "octofold", &["surface::cell", "surface::cubes"]),
     ("labels", "octofold", &["surface::labels"]),
     ("lod", "octofold-io", &["random_cuts", "oflod"]),
     ("lod-cuts", "octofold", &["lod::"]),
+    ("lod-views", "octofold", &["within_the_bound", "before_and_after_a_switch"]),
     ("network", "octofold", &["network"]),
     ("published", "octofold", &["surface::adaptive", "surface::tel"]),
     ("repair", "octofold", &["repair"]),

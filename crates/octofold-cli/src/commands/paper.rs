@@ -5,6 +5,7 @@ mod dohi;
 mod fujimura;
 mod nishio;
 mod table;
+mod wakatsuki;
 
 use crate::job::{Job, Outcome};
 use anyhow::Result;
@@ -25,6 +26,8 @@ enum Paper {
     Dohi(dohi::Args),
     /// The network model and its compression beside the octree: Fujimura, Kobori and Kutsuwa
     Fujimura(fujimura::Args),
+    /// Multi-scale patches: Wakatsuki, Ishii, Takahashi, Imai and Makino 2003, Figs. 2 and 10 to 13
+    Wakatsuki(wakatsuki::Args),
 }
 
 impl Args {
@@ -34,6 +37,7 @@ impl Args {
             Paper::Nishio(args) => args.run(job),
             Paper::Dohi(args) => args.run(job),
             Paper::Fujimura(args) => args.run(job),
+            Paper::Wakatsuki(args) => args.run(job),
         }
     }
 }

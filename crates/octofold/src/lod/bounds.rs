@@ -4,13 +4,16 @@
 //! edge, and the surface's vertices against all patches round the octant. Above, the vertices of an
 //! octant's children are measured against the patches round its own vertex, and what is found is
 //! added to the children's bounds: the distance of three surfaces is at most the sum of two. Quads
-//! are measured with both diagonals. Where no edge of an octant is crossed, its whole extent is taken.
+//! are measured with both diagonals. The other way, the middles of diagonals of patches that are not nearly
+//! flat are measured against the patches round the children, and the larger of both sums is taken. Where
+//! no edge of an octant is crossed, its whole extent is taken.
 //! Source: specification of LOD, D.2 "Pixel bound", by sums of levels instead of samples at each.
 
 use super::crossings::Crossings;
+use super::direction;
 use super::edges::LOCAL;
 use super::leaves::{Found, Leaves};
-use super::pyramid::Level;
+use super::pyramid::{Level, firsts};
 use crate::measure::nearest::Face;
 use crate::par;
 use crate::run::{Cancelled, Run};
@@ -32,17 +35,37 @@ pub(super) fn bounds(
 ) -> Result<Vec<Vec<f32>>, Cancelled> {
     run.stage("bounds");
     let mut neighbours: Neighbours = vec![[NONE; 6]];
-    let mut own = Vec::new();
+    let (mut own, mut back) = (Vec::new(), Vec::new());
     for (depth, level) in levels.iter().enumerate() {
-        let star = Stars { level, neighbours: &neighbours, size: 1 << (levels.len() - 1 - depth) };
+        let size = 1 << (levels.len() - 1 - depth);
+        let star = Stars { level, neighbours: &neighbours, size };
         let Some(below) = levels.get(depth + 1) else {
             own.push(of_leaves(&star, leaves, crossings, vertices, run)?);
             break;
         };
         let firsts = firsts(level);
+        let next = descended(level, below, &firsts, &neighbours, run)?;
+        let finer = Stars { level: below, neighbours: &next, size: size / 2 };
         own.push(of_octants(&star, below, &firsts, run)?);
-        neighbours = descended(level, below, &firsts, &neighbours, run)?;
+        let mut bounds = vec![0f32; level.codes.len()];
+        for (octant, bound) in of_patches(&star, &finer, &firsts, run)? {
+            bounds[octant as usize] = bounds[octant as usize].max(bound);
+        }
+        back.push(bounds);
+        neighbours = next;
     }
+    // On the finest level both ways are the same.
+    back.extend(own.last().cloned());
+    summed(&mut own, levels);
+    summed(&mut back, levels);
+    for (own, back) in own.iter_mut().flatten().zip(back.iter().flatten()) {
+        *own = own.max(*back);
+    }
+    Ok(own)
+}
+
+/// Adds the largest of its children's bounds to each octant's.
+fn summed(own: &mut [Vec<f32>], levels: &[Level]) {
     for depth in (0..own.len() - 1).rev() {
         let (above, below) = own.split_at_mut(depth + 1);
         let (above, mut children) = (&mut above[depth], below[0].iter());
@@ -52,18 +75,6 @@ pub(super) fn bounds(
             *bound += worst;
         }
     }
-    Ok(own)
-}
-
-/// The first child of each octant, on the level below.
-fn firsts(level: &Level) -> Vec<u32> {
-    let mut next = 0;
-    let first = |mask: &u8| {
-        let first = next;
-        next += mask.count_ones();
-        first
-    };
-    level.masks.iter().map(first).collect()
 }
 
 /// The neighbours of a level's octants, from those of their parents.
@@ -110,6 +121,12 @@ struct Stars<'a> {
 impl Stars<'_> {
     /// The vertices round edge `edge` of octant `i`, in the order of the ring.
     fn ring(&self, i: usize, edge: usize) -> Option<[DVec3; 4]> {
+        let octants = self.octants(i, edge)?;
+        Some(octants.map(|octant| self.level.vertex(octant as usize, self.size)))
+    }
+
+    /// The octants round edge `edge` of octant `i`, in the order of the ring.
+    fn octants(&self, i: usize, edge: usize) -> Option<[u32; 4]> {
         let local = &LOCAL[edge];
         let first = self.neighbours[i][local.ways[0]];
         let second = self.neighbours[i][local.ways[1]];
@@ -120,9 +137,9 @@ impl Stars<'_> {
         if third == NONE {
             return None;
         }
-        let mut ring = [DVec3::ZERO; 4];
+        let mut ring = [NONE; 4];
         for (octant, place) in [i as u32, first, second, third].into_iter().zip(local.places) {
-            ring[place] = self.level.vertex(octant as usize, self.size);
+            ring[place] = octant;
         }
         Some(ring)
     }
@@ -197,6 +214,68 @@ fn of_octants(
         block.map(bound).collect::<Vec<_>>()
     })?;
     Ok(parts.concat())
+}
+
+/// How far the patches of a level are from those round the children of their octants, for each octant
+/// of a patch.
+fn of_patches(
+    stars: &Stars<'_>,
+    finer: &Stars<'_>,
+    firsts: &[u32],
+    run: &Run,
+) -> Result<Vec<(u32, f32)>, Cancelled> {
+    let level = stars.level;
+    let parts = par::blocks(run, level.codes.len(), BLOCK, |block| {
+        let mut found = Vec::new();
+        let mut faces = [Vec::new(), Vec::new()];
+        for i in block {
+            // Each edge by the octant on whose low sides it lies.
+            for edge in [0, 4, 8].into_iter().filter(|e| level.crossed[i].any >> e & 1 == 1) {
+                let Some(octants) = stars.octants(i, edge) else { continue };
+                let ring = octants.map(|o| level.vertex(o as usize, stars.size));
+                if is_flat(level, octants, ring, stars.size) {
+                    continue;
+                }
+                let middles = [ring[0] + ring[2], ring[1] + ring[3]].map(|sum| sum / 2.0);
+                let mut least = [f64::INFINITY; 2];
+                for octant in octants.map(|o| o as usize) {
+                    let first = firsts[octant] as usize;
+                    for child in first..first + level.masks[octant].count_ones() as usize {
+                        // Patches round a vertex are no further from it than two octants.
+                        let near = finer.level.vertex(child, finer.size);
+                        let reach = 2.0 * finer.extent();
+                        let mut far = middles.iter().zip(&least);
+                        if far.all(|(m, l)| m.distance(near) > l.sqrt() + reach) {
+                            continue;
+                        }
+                        finer.faces(child, &mut faces);
+                        for (least, &middle) in least.iter_mut().zip(&middles) {
+                            for face in &faces[0] {
+                                *least = least.min(face.distance_squared(middle));
+                            }
+                        }
+                    }
+                }
+                let bound = least[0].max(least[1]).sqrt().min(stars.extent()) as f32;
+                found.extend(octants.map(|octant| (octant, bound)));
+            }
+        }
+        found
+    })?;
+    Ok(parts.concat())
+}
+
+/// Whether a patch is so flat, and its octants face so much the same way, that it keeps near to what its
+/// octants hold.
+fn is_flat(level: &Level, octants: [u32; 4], ring: [DVec3; 4], size: u32) -> bool {
+    const SAME_WAY: f64 = 0.9;
+    const FLAT: f64 = 0.05;
+    let [a, b, c, d] = ring;
+    let normal = (c - a).cross(d - b).normalize_or_zero();
+    let apart = (b - a).dot(normal).abs().max((d - a).dot(normal).abs());
+    let normals = octants.map(|o| direction::unpacked(level.normals[o as usize]));
+    let first = normals[0];
+    apart <= FLAT * f64::from(size) && normals.iter().all(|n| n.dot(first) >= SAME_WAY)
 }
 
 fn of_leaves(

@@ -2,6 +2,7 @@
 
 use super::bounds::bounds;
 use super::crossings::Crossings;
+use super::cubes::Cubes;
 use super::field;
 use super::leaves::Leaves;
 use super::pyramid::{Finish, Level, pyramid};
@@ -83,35 +84,26 @@ pub fn build_painted(
     options: &BuildOptions,
     run: &Run,
 ) -> Result<Lod, LodError> {
-    if options.level == 0 || options.level > MOST_LEVELS {
-        return Err(LodError::Level(options.level));
-    }
-    run.stage("lattice");
-    let lattice = root(mesh, options.level)?;
-    let facets = voxelize::facets(mesh, &lattice);
-    let squares = area(mesh) / (lattice.cell() * lattice.cell());
-    if squares > MOST_CELLS {
-        return Err(LodError::TooMany(squares as u64));
-    }
-    let tint = Tint::of(mesh, images, lattice.cell());
-    let mut crossings = Crossings::of_mesh(&facets, tint.as_ref(), &lattice, run)?;
-    let mut used = vec![false; mesh.points.len()];
-    mesh.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);
-    let size = f64::from(1u32 << lattice.sub_bits());
-    let vertices: Vec<DVec3> = (mesh.points.iter().zip(&used))
-        .filter(|(_, used)| **used)
-        .map(|(&p, _)| DVec3::from(lattice.snap(p).map(f64::from)) / size)
-        .collect();
-    let (border, even) = border(mesh, &lattice, run)?;
-    if even {
-        crossings.judge_by_parity();
-    }
-    let frame = Placement {
-        origin: lattice.origin(),
-        unit: mesh.unit,
-        ..Placement::spacing([lattice.cell(); 3])
-    };
-    Surface { crossings, vertices, border }.model(options.level, frame, options, run)
+    let (surface, frame) = Surface::of(mesh, images, options.level, run)?;
+    Ok(surface.built(options.level, frame, options, run)?.lod)
+}
+
+/// The same model, and what marching cubes must know of its octants, which have no colours of images.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with_cubes(
+    mesh: &Mesh,
+    options: &BuildOptions,
+    run: &Run,
+) -> Result<(Lod, Cubes), LodError> {
+    let (surface, frame) = Surface::of(mesh, &[], options.level, run)?;
+    let Built { lod, all, leaves, crossings } =
+        surface.built(options.level, frame, options, run)?;
+    run.stage("cubes");
+    run.check()?;
+    let cubes = Cubes::of(&lod, &all, &leaves, &crossings);
+    Ok((lod, cubes))
 }
 
 /// The model of a volume's surface at an iso value, closed half a sample outside the volume's border
@@ -134,8 +126,8 @@ pub fn build_volume(
     let crossings = field::crossings(volume, surface, run)?;
     let mut frame = volume.placement();
     frame.origin = frame.place([-1.0; 3]);
-    Surface { crossings, vertices: Vec::new(), border: Vec::new() }
-        .model(levels, frame, options, run)
+    let surface = Surface { crossings, vertices: Vec::new(), border: Vec::new() };
+    Ok(surface.built(levels, frame, options, run)?.lod)
 }
 
 /// The root's cube round a mesh.
@@ -202,14 +194,61 @@ struct Surface {
     border: Vec<u64>,
 }
 
+/// A model with all that it was made of.
+struct Built {
+    lod: Lod,
+    /// Octants of all levels, those without which the model does too among them.
+    all: Vec<Level>,
+    leaves: Leaves,
+    crossings: Crossings,
+}
+
 impl Surface {
-    fn model(
+    /// The surface of a mesh on the grid of a level, and where that grid is.
+    fn of(
+        mesh: &Mesh,
+        images: &Images,
+        level: u32,
+        run: &Run,
+    ) -> Result<(Self, Placement), LodError> {
+        if level == 0 || level > MOST_LEVELS {
+            return Err(LodError::Level(level));
+        }
+        run.stage("lattice");
+        let lattice = root(mesh, level)?;
+        let facets = voxelize::facets(mesh, &lattice);
+        let squares = area(mesh) / (lattice.cell() * lattice.cell());
+        if squares > MOST_CELLS {
+            return Err(LodError::TooMany(squares as u64));
+        }
+        let tint = Tint::of(mesh, images, lattice.cell());
+        let mut crossings = Crossings::of_mesh(&facets, tint.as_ref(), &lattice, run)?;
+        let mut used = vec![false; mesh.points.len()];
+        mesh.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);
+        let size = f64::from(1u32 << lattice.sub_bits());
+        let vertices: Vec<DVec3> = (mesh.points.iter().zip(&used))
+            .filter(|(_, used)| **used)
+            .map(|(&p, _)| DVec3::from(lattice.snap(p).map(f64::from)) / size)
+            .collect();
+        let (border, even) = border(mesh, &lattice, run)?;
+        if even {
+            crossings.judge_by_parity();
+        }
+        let frame = Placement {
+            origin: lattice.origin(),
+            unit: mesh.unit,
+            ..Placement::spacing([lattice.cell(); 3])
+        };
+        Ok((Self { crossings, vertices, border }, frame))
+    }
+
+    fn built(
         self,
         levels: u32,
         frame: Placement,
         options: &BuildOptions,
         run: &Run,
-    ) -> Result<Lod, LodError> {
+    ) -> Result<Built, LodError> {
         if self.crossings.edges.is_empty() {
             return Err(LodError::NoSurface(levels));
         }
@@ -227,7 +266,8 @@ impl Surface {
             return Err(LodError::TooMany(count));
         }
         let parts = columns(levels, frame, &all, &bounds, options.early_leaves);
-        Lod::from_parts(parts)
+        let lod = Lod::from_parts(parts)?;
+        Ok(Built { lod, all, leaves, crossings: self.crossings })
     }
 }
 

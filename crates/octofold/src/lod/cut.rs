@@ -227,6 +227,10 @@ impl Cut {
     }
 }
 
+/// How much further patches between octants of different levels may be from the surface than those of
+/// either level: more than was ever found (`cargo xtask sweep lod-views`).
+const MIXED: f64 = 1.4;
+
 /// A view in finest cells, ready for many octants.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
@@ -241,7 +245,7 @@ impl View {
         // A pixel in the corner of a square picture is a smaller angle than one in the middle.
         let pixel = 2.0 * slope / eye.height / (1.0 + 2.0 * slope * slope);
         // Lengths grow by at most the stretch on the way to the world; distances by the shortest.
-        let share = eye.pixels * pixel * shortest(lod) / lod.stretch();
+        let share = eye.pixels / MIXED * pixel * shortest(lod) / lod.stretch();
         Self { eye: in_cells(lod, eye.position), share }
     }
 
@@ -250,6 +254,13 @@ impl View {
         let radius = f64::from(octant.size) * (3f64.sqrt() / 2.0);
         let distance = (middle(octant) - self.eye).length();
         (distance - (error / self.share + error + radius)).abs()
+    }
+
+    /// How many times as large an error looks as it may; of what is not taken more than once.
+    pub(super) fn excess(&self, error: f64, octant: &Octant) -> f64 {
+        let radius = f64::from(octant.size) * (3f64.sqrt() / 2.0);
+        let distance = (middle(octant) - self.eye).length() - radius - error;
+        if distance > 0.0 { error / (self.share * distance) } else { f64::INFINITY }
     }
 
     #[inline]

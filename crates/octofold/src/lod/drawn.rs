@@ -1,7 +1,7 @@
 //! Patches as a mesh.
 
 use super::LodError;
-use super::cut::{Cut, Octant};
+use super::cut::{Cut, Eye, Octant, View};
 use super::patches::{Mode, Patch};
 use super::sheets::Sheets;
 use super::tree::Lod;
@@ -9,7 +9,7 @@ use crate::attributes::PointColumn;
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::Run;
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 /// Where quads are cut in two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -47,6 +47,43 @@ pub struct Drawn {
     pub mesh: Mesh,
     /// Place in the cut of each point's octant.
     pub places: Vec<u32>,
+}
+
+impl Drawn {
+    /// Moves the points of a mesh with [`Diagonal::Fixed`] and [`Mode::Any`] as a geomorph does, for the
+    /// eye that the cut was chosen for: octants are at their parent where that is just divided, and on
+    /// their own where it looks twice as wrong as it may. So nothing jumps while the eye moves, and the
+    /// error stays below twice that of the eye.
+    pub fn morph(&mut self, lod: &Lod, cut: &Cut, eye: &Eye) {
+        let view = View::new(lod, eye);
+        let mut all: Vec<(DVec3, DVec3, Vec4)> = Vec::with_capacity(cut.places().len());
+        // Parents come first, and are themselves on their way.
+        for place in cut.places() {
+            let octant = cut.octant(place);
+            let own = lod.vertex(octant.node, octant.corner, octant.size);
+            let colour = lod.colour(octant.node).unwrap_or_default();
+            let [r, g, b, a] = colour.map(|c| f32::from(c) / 255.0);
+            let mut state = (own, lod.normal(octant.node), Vec4::new(r, g, b, a));
+            let parent = cut.octant(cut.parent(place));
+            if place != 0
+                && let Some(&(at, normal, colour)) = all.get(cut.parent(place) as usize)
+            {
+                let t = (2.0 - view.excess(lod.error(parent.node), &parent)).clamp(0.0, 1.0);
+                state.0 = state.0.lerp(at, t);
+                state.1 = state.1.lerp(normal, t);
+                state.2 = state.2.lerp(colour, t as f32);
+            }
+            all.push(state);
+        }
+        let of = |&place: &u32| all[place as usize];
+        self.mesh.points = self.places.iter().map(|p| lod.world(of(p).0)).collect();
+        let normal = |p| of(p).1.normalize_or(DVec3::Z).as_vec3().to_array();
+        self.mesh.attributes.point_normals = Some(self.places.iter().map(normal).collect());
+        if let Some(colours) = &mut self.mesh.attributes.point_colours {
+            let bytes = |c: Vec4| (c * 255.0).round().to_array().map(|x| x as u8);
+            *colours = self.places.iter().map(|p| bytes(of(p).2)).collect();
+        }
+    }
 }
 
 /// Draws patches as triangles.

@@ -230,18 +230,12 @@ impl<'a> Front<'a> {
                 self.drop_patches(node);
             }
             let own = self.grid.octant(node);
-            for way in 0..27 {
-                let way = [way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1];
-                if way.iter().filter(|w| **w != 0).count() == 3 {
-                    continue;
+            self.grid.touching(&own, &mut |found| {
+                if self.made[found as usize] != self.frame {
+                    self.made[found as usize] = self.frame;
+                    again.push(found);
                 }
-                self.grid.touching(&own, way, &mut |found| {
-                    if self.made[found as usize] != self.frame {
-                        self.made[found as usize] = self.frame;
-                        again.push(found);
-                    }
-                });
-            }
+            });
         }
         for &node in &again {
             self.drop_patches(node);
@@ -272,35 +266,78 @@ impl Grid {
         self.starts[self.starts.partition_point(|&start| start <= node) - 1]
     }
 
-    /// Visits the octants of the cut that touch `own`, from the octant of its size that lies one `way`
-    /// further; `own` itself where that is nowhere.
-    fn touching(&self, own: &Octant, way: [i32; 3], visit: &mut impl FnMut(u32)) {
+    /// Visits the octants of the cut that share a piece of a crossed edge with `own`, some of them
+    /// several times.
+    fn touching(&self, own: &Octant, visit: &mut impl FnMut(u32)) {
+        let beside = self.beside[own.node as usize];
+        let level = self.starts[own.level as usize];
+        self.meeting(own.node, own, visit);
+        for first in 0..6 {
+            let across = beside[first];
+            if across == NONE {
+                continue;
+            }
+            self.meeting(across, own, visit);
+            for second in (first | 1) + 1..6 {
+                let other = beside[second];
+                // A crossed edge has octants all round.
+                if other == NONE {
+                    continue;
+                }
+                let found = if across >= level {
+                    self.beside[across as usize][second]
+                } else if other >= level {
+                    self.beside[other as usize][first]
+                } else {
+                    self.found(own, [first, second])
+                };
+                if found != NONE {
+                    self.meeting(found, own, visit);
+                }
+            }
+        }
+    }
+
+    /// The octant across two sides of `own`, looked for from the root: of the same size or larger.
+    #[cold]
+    fn found(&self, own: &Octant, ways: [usize; 2]) -> u32 {
         let side = 1i64 << self.levels;
-        let at: [i64; 3] = std::array::from_fn(|a| {
-            i64::from(own.corner[a]) + i64::from(way[a]) * i64::from(own.size)
-        });
+        let mut at = own.corner.map(i64::from);
+        for way in ways {
+            at[way / 2] += if way % 2 == 1 { i64::from(own.size) } else { -i64::from(own.size) };
+        }
         if at.iter().any(|&c| c < 0 || c >= side) {
-            return;
+            return NONE;
         }
         let at = at.map(|c| c as u32);
         let (mut node, mut size) = (0, 1u32 << self.levels);
-        while self.states[node as usize] == State::Above && size > own.size {
+        while size > own.size && self.firsts[node as usize].1 != 0 {
             size /= 2;
             let octant = (0..3).fold(0, |o, a| o | u32::from(at[a] & size != 0) << a);
             node = self.child(node, octant);
             if node == NONE {
-                return;
+                return NONE;
             }
         }
-        self.descend(node, own, visit);
+        node
     }
 
-    fn descend(&self, node: u32, own: &Octant, visit: &mut impl FnMut(u32)) {
-        let octant = self.octant(node);
-        let apart = (0..3).any(|a| {
-            octant.corner[a] > own.corner[a] + own.size
-                || octant.corner[a] + octant.size < own.corner[a]
-        });
+    /// Visits the octants of the cut in `node`, or the one that it lies in, that touch `own`.
+    fn meeting(&self, node: u32, own: &Octant, visit: &mut impl FnMut(u32)) {
+        let mut node = node;
+        while self.states[node as usize] == State::Below {
+            node = self.parents[node as usize];
+        }
+        if self.states[node as usize] == State::Front {
+            return visit(node);
+        }
+        self.descend(node, self.octant(node).size, own, visit);
+    }
+
+    fn descend(&self, node: u32, size: u32, own: &Octant, visit: &mut impl FnMut(u32)) {
+        let corner = self.corners[node as usize].map(u32::from);
+        let apart = (0..3)
+            .any(|a| corner[a] > own.corner[a] + own.size || corner[a] + size < own.corner[a]);
         if apart {
             return;
         }
@@ -308,7 +345,8 @@ impl Grid {
             return visit(node);
         }
         let (first, mask) = self.firsts[node as usize];
-        (first..first + mask.count_ones()).for_each(|child| self.descend(child, own, visit));
+        let children = first..first + mask.count_ones();
+        children.for_each(|child| self.descend(child, size / 2, own, visit));
     }
 }
 

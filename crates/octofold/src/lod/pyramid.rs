@@ -64,6 +64,17 @@ impl Level {
     }
 }
 
+/// The first child of each octant, on the level below.
+pub(super) fn firsts(level: &Level) -> Vec<u32> {
+    let mut next = 0;
+    let first = |mask: &u8| {
+        let first = next;
+        next += mask.count_ones();
+        first
+    };
+    level.masks.iter().map(first).collect()
+}
+
 /// How sums become octants.
 pub(super) struct Finish<'a> {
     pub rule: VertexRule,

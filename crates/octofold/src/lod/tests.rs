@@ -32,7 +32,7 @@ fn of_voxels(sample: Sample, resolution: usize) -> Lod {
 }
 
 /// Spheres that touch and overlap nothing but lie closer than a coarse octant, and a thin shell.
-fn thin() -> Mesh {
+pub(super) fn thin() -> Mesh {
     let ball = Sample::Sphere.polygons(24).unwrap().triangulate();
     let mut mesh = Mesh::default();
     for (size, at, inward) in [
@@ -80,16 +80,22 @@ fn mixed(node: u32, seed: u64) -> u64 {
 
 /// A cut that stops at one of four octants from level `least` on: levels from there to the last lie
 /// side by side.
-fn random_cut(lod: &Lod, seed: u64, least: u32) -> Cut {
+pub(super) fn random_cut(lod: &Lod, seed: u64, least: u32) -> Cut {
     Cut::by(lod, |o| o.level >= least && mixed(o.node, seed).is_multiple_of(4))
 }
 
 /// Times each edge between two vertices is passed, less those the other way; and times it is passed at
 /// all.
 fn passes(patches: &[Patch]) -> FxHashMap<[u32; 2], (i32, u32)> {
+    passes_of(patches.iter().map(|patch| patch.corners().collect()))
+}
+
+/// The same of any polygons.
+pub(super) fn passes_of(
+    polygons: impl Iterator<Item = Vec<u32>>,
+) -> FxHashMap<[u32; 2], (i32, u32)> {
     let mut passes = FxHashMap::default();
-    for patch in patches {
-        let corners: Vec<u32> = patch.corners().collect();
+    for corners in polygons {
         assert!(corners.len() >= 3);
         for (i, &p) in corners.iter().enumerate() {
             let q = corners[(i + 1) % corners.len()];

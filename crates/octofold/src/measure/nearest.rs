@@ -72,6 +72,40 @@ impl Nearest {
         Ok(parts.concat())
     }
 
+    /// Where the line through `from` along `direction` crosses the mesh nearest to `from`, either way
+    /// and no further than `reach` times the direction: the factor of the direction. Crossings at the
+    /// border of a triangle count.
+    pub fn crossing(&self, from: [f64; 3], direction: [f64; 3], reach: f64) -> Option<f64> {
+        let (start, way) = (DVec3::from(from), DVec3::from(direction));
+        let mut best: Option<f64> = None;
+        let mut stack = [0u32; STACK];
+        let mut waiting = usize::from(!self.tree.nodes.is_empty());
+        while waiting > 0 {
+            waiting -= 1;
+            let node = &self.tree.nodes[stack[waiting] as usize];
+            for k in (0..4).filter(|&k| node.is_used(k)) {
+                let most = best.map_or(reach, f64::abs);
+                if !meets(node, k, from, direction, most) {
+                    continue;
+                }
+                match node.child(k) {
+                    Child::Inner(child) => {
+                        stack[waiting] = child;
+                        waiting += 1;
+                    }
+                    Child::Leaf(leaf) => {
+                        for at in leaf.filter_map(|face| self.faces[face].crossing(start, way)) {
+                            if at.abs() <= best.map_or(reach, f64::abs) {
+                                best = Some(at);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        best
+    }
+
     /// The faces, in an order of the index's own.
     pub(super) fn faces(&self) -> &[Face] {
         &self.faces
@@ -184,6 +218,24 @@ fn box_distances(node: &Node, p: [f64; 3]) -> [f64; 4] {
     sum
 }
 
+/// Whether a line comes into the box of child `k` between `-most` and `most` times its direction.
+fn meets(node: &Node, k: usize, from: [f64; 3], direction: [f64; 3], most: f64) -> bool {
+    let (mut first, mut last) = (-most, most);
+    for x in 0..3 {
+        let (low, high) = (f64::from(node.low[x][k]), f64::from(node.high[x][k]));
+        if direction[x] == 0.0 {
+            if from[x] < low || from[x] > high {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = ((low - from[x]) / direction[x], (high - from[x]) / direction[x]);
+        first = first.max(a.min(b));
+        last = last.min(a.max(b));
+    }
+    first <= last + 1e-9 * most
+}
+
 /// The nearest point of one triangle.
 pub fn nearest_on(corners: [[f64; 3]; 3], query: [f64; 3]) -> [f64; 3] {
     let p = DVec3::from(query);
@@ -214,6 +266,18 @@ impl Face {
     #[inline]
     pub(crate) fn distance_squared(&self, p: DVec3) -> f64 {
         self.offset_from(p).length_squared()
+    }
+
+    /// Where a line crosses the face, as a factor of its direction.
+    fn crossing(&self, from: DVec3, direction: DVec3) -> Option<f64> {
+        const EDGE: f64 = 1e-9;
+        let across = direction.cross(self.ac);
+        let whole = self.ab.dot(across);
+        let start = from - self.a;
+        let (first, turned) = (start.dot(across) / whole, start.cross(self.ab));
+        let second = direction.dot(turned) / whole;
+        let inside = first >= -EDGE && second >= -EDGE && first + second <= 1.0 + EDGE;
+        inside.then(|| self.ac.dot(turned) / whole)
     }
 
     /// One corner, and the way from it to both others.
@@ -384,6 +448,25 @@ mod tests {
             prop_assert!(one.distance(other) < 1e-9, "{one} {other}");
             prop_assert!((one.length() - other.length()).abs() < 1e-13);
         }
+    }
+
+    #[test]
+    fn lines_cross_where_a_search_through_all_triangles_says() {
+        let mesh = sample(soup());
+        let index = Nearest::new(&mesh);
+        let lines = prop::collection::vec(
+            prop::array::uniform2(prop::array::uniform3(-1.0..2.0f64)),
+            2_000,
+        );
+        let mut crossed = 0;
+        for [from, direction] in sample(lines) {
+            let of = |t: usize| Face::new(mesh.corners(t)).crossing(from.into(), direction.into());
+            let all = (0..mesh.triangles.len()).filter_map(of).filter(|at| at.abs() <= 0.7);
+            let nearest = all.map(f64::abs).min_by(f64::total_cmp);
+            assert_eq!(index.crossing(from, direction, 0.7).map(f64::abs), nearest);
+            crossed += usize::from(nearest.is_some());
+        }
+        assert!(crossed > 100, "{crossed}");
     }
 
     #[test]

@@ -1,11 +1,14 @@
-//! Line charts over levels, as SVG.
+//! Line charts, as SVG.
 
 use anyhow::{Result, anyhow};
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 use std::ops::Range;
 
 /// Pixels across and down.
 const SIZE: (u32, u32) = (520, 340);
+/// Most points of a line that are marked.
+const MOST_BEADS: usize = 30;
 const INK: RGBColor = RGBColor(40, 48, 58);
 const GRID: RGBColor = RGBColor(226, 230, 235);
 
@@ -18,17 +21,36 @@ pub struct Series {
     pub colour: [u8; 3],
     /// Dashed, for figures that are not ours.
     pub published: bool,
-    /// Level and value; values that are not above 0 are left out.
-    pub points: Vec<(u32, f64)>,
+    /// Where it is and its value; values that are not above 0 are left out.
+    pub points: Vec<(f64, f64)>,
 }
 
-/// A chart with a logarithmic axis of values; `None` where there is nothing to draw.
-pub fn chart(title: &str, series: &[Series]) -> Result<Option<String>> {
+/// What runs along the axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axes {
+    /// Whole levels, and values by their magnitude.
+    Levels,
+    /// Something else, of this name, and values from 0 on.
+    Along(&'static str),
+}
+
+/// A chart; `None` where there is nothing to draw.
+pub fn chart(title: &str, axes: Axes, series: &[Series]) -> Result<Option<String>> {
     let points = || series.iter().flat_map(|s| &s.points).filter(|p| p.1 > 0.0);
-    let Some(levels) = span(points().map(|p| f64::from(p.0))) else { return Ok(None) };
+    let Some(across) = span(points().map(|p| p.0)) else { return Ok(None) };
     let Some(values) = span(points().map(|p| p.1)) else { return Ok(None) };
     let mut svg = String::new();
-    draw(&mut svg, title, series, levels, values).map_err(|e| anyhow!("chart `{title}`: {e}"))?;
+    let done = match axes {
+        Axes::Levels => {
+            // Room above for the legend, on the scale of the axis.
+            let room = (values.end / values.start).powf(0.65).max(2.0);
+            let values = values.start / 1.6..values.end * room;
+            let across = across.start - 0.15..across.end + 0.15;
+            draw(&mut svg, title, axes, series, across, values.log_scale())
+        }
+        Axes::Along(_) => draw(&mut svg, title, axes, series, across, 0.0..values.end * 1.15),
+    };
+    done.map_err(|e| anyhow!("chart `{title}`: {e}"))?;
     Ok(Some(svg))
 }
 
@@ -39,28 +61,37 @@ fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     })
 }
 
-fn draw(
+fn draw<Y>(
     svg: &mut String,
     title: &str,
+    axes: Axes,
     series: &[Series],
-    levels: Range<f64>,
-    values: Range<f64>,
-) -> Result<(), Box<dyn std::error::Error>> {
+    across: Range<f64>,
+    values: Y,
+) -> Result<(), Box<dyn std::error::Error>>
+where
+    Y: AsRangedCoord<Value = f64>,
+    Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
     let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
     let text = |size: u32| ("sans-serif", size).into_font().color(&INK);
-    // Room above for the legend, on the scale of the axis.
-    let room = (values.end / values.start).powf(0.65).max(2.0);
-    let values = values.start / 1.6..values.end * room;
+    let (name, labels, legend) = match axes {
+        Axes::Levels => {
+            ("level", (across.end - across.start) as usize + 2, SeriesLabelPosition::UpperLeft)
+        }
+        Axes::Along(name) => (name, 9, SeriesLabelPosition::UpperRight),
+    };
     let mut chart = ChartBuilder::on(&area)
         .caption(title, text(16))
         .margin(14)
         .x_label_area_size(34)
         .y_label_area_size(58)
-        .build_cartesian_2d(levels.start - 0.15..levels.end + 0.15, values.log_scale())?;
+        .build_cartesian_2d(across, values)?;
     let whole = |level: &f64| {
         let near = level.round();
-        if (level - near).abs() < 1e-6 { format!("{near}") } else { String::new() }
+        let shown = axes != Axes::Levels || (level - near).abs() < 1e-6;
+        if shown { scaled(*level) } else { String::new() }
     };
     chart
         .configure_mesh()
@@ -69,8 +100,8 @@ fn draw(
         .bold_line_style(GRID)
         .axis_style(INK)
         .label_style(text(12))
-        .x_desc("level")
-        .x_labels((levels.end - levels.start) as usize + 2)
+        .x_desc(name)
+        .x_labels(labels)
         .x_label_formatter(&whole)
         .y_label_formatter(&|v| scaled(*v))
         .draw()?;
@@ -78,8 +109,7 @@ fn draw(
         let [r, g, b] = line.colour;
         let colour = RGBColor(r, g, b);
         let style = colour.stroke_width(2);
-        let points: Vec<(f64, f64)> =
-            line.points.iter().filter(|p| p.1 > 0.0).map(|p| (f64::from(p.0), p.1)).collect();
+        let points: Vec<(f64, f64)> = line.points.iter().copied().filter(|p| p.1 > 0.0).collect();
         let drawn = if line.published {
             chart.draw_series(DashedLineSeries::new(points.iter().copied(), 5, 4, style))?
         } else {
@@ -90,11 +120,14 @@ fn draw(
             let end = if dash { x + 8 } else { x + 18 };
             PathElement::new([(x, y), (end, y)], style)
         });
-        chart.draw_series(points.iter().map(|&p| Circle::new(p, 3, colour.filled())))?;
+        // Beads that would touch are left out.
+        if points.len() <= MOST_BEADS {
+            chart.draw_series(points.iter().map(|&p| Circle::new(p, 3, colour.filled())))?;
+        }
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(legend)
         .label_font(text(12))
         .background_style(WHITE.mix(0.85))
         .draw()?;
@@ -121,14 +154,16 @@ mod tests {
             name: name.into(),
             colour: [10, 20, 30],
             published,
-            points: vec![(4, 10.0), (5, 0.0), (6, 2000.0)],
+            points: vec![(4.0, 10.0), (5.0, 0.0), (6.0, 2000.0)],
         };
-        let svg = chart("Triangles", &[line("ours", false), line("theirs", true)]).unwrap();
-        let svg = svg.unwrap();
-        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-        assert!(svg.contains("ours") && svg.contains("theirs") && svg.contains("Triangles"));
-        assert_eq!(svg.matches("<circle").count(), 4);
-        assert!(chart("nothing", &[]).unwrap().is_none());
+        for axes in [Axes::Levels, Axes::Along("distance")] {
+            let lines = [line("ours", false), line("theirs", true)];
+            let svg = chart("Triangles", axes, &lines).unwrap().unwrap();
+            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+            assert!(svg.contains("ours") && svg.contains("theirs") && svg.contains("Triangles"));
+            assert_eq!(svg.matches("<circle").count(), 4);
+            assert!(chart("nothing", axes, &[]).unwrap().is_none());
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@
 mod published;
 mod tables;
 
-use super::chart::{Series, chart};
+use super::chart::{Axes, Series, chart};
 use super::table::Table;
 use crate::job::{Account, Job, Outcome};
 use crate::{files, page, picture};
@@ -243,7 +243,7 @@ impl Desk<'_> {
             for (what, title) in tables::CURVES {
                 let series = curves(trials, shape, what);
                 let title = format!("{title}, {}", shape.name());
-                if let Some(svg) = chart(&title, &series)? {
+                if let Some(svg) = chart(&title, Axes::Levels, &series)? {
                     let name = format!("{}-{}.svg", shape.name(), what.name());
                     self.write(&name, svg.as_bytes())?;
                     names.push(name);
@@ -348,7 +348,7 @@ fn curves(trials: &[Trial], shape: Sample, what: tables::Curve) -> Vec<Series> {
         published: true,
         points: published::PART
             .iter()
-            .map(|&(level, amc, tel)| (level, what.published([amc, tel][column])))
+            .map(|&(level, amc, tel)| (level.into(), what.published([amc, tel][column])))
             .collect(),
     });
     let ours = Method::ALL.map(|method| Series {
@@ -358,7 +358,7 @@ fn curves(trials: &[Trial], shape: Sample, what: tables::Curve) -> Vec<Series> {
         points: trials
             .iter()
             .filter(|t| t.shape == shape && t.method == method)
-            .filter_map(|t| Some((t.level, what.value(t)?)))
+            .filter_map(|t| Some((t.level.into(), what.value(t)?)))
             .collect(),
     });
     let drawn = |s: &Series| !s.points.is_empty();
