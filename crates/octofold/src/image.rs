@@ -122,7 +122,7 @@ mod tests {
 
     fn board(width: usize, height: usize) -> Image {
         let texel = |i: usize| {
-            let bright = if (i % width + i / width) % 2 == 0 { 255 } else { 0 };
+            let bright = if (i % width + i / width).is_multiple_of(2) { 255 } else { 0 };
             [bright, bright, bright, 255]
         };
         Image::new(width, height, (0..width * height).map(texel).collect()).unwrap()

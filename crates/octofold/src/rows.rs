@@ -112,11 +112,11 @@ impl<T> Rows<T> {
 
     /// Makes room for what slices of other tables hold.
     pub fn reserve(&mut self, others: &[&Self], slices: Range<usize>) {
-        for table in others {
-            let [start, end] = [slices.start, slices.end].map(|z| table.slices[z]);
-            self.rows.reserve(self.rows.len() + end.row - start.row);
-            self.items.reserve(self.items.len() + end.item - start.item);
-        }
+        let ends = |table: &&Self| [slices.start, slices.end].map(|z| table.slices[z]);
+        let rows = others.iter().map(ends).map(|[start, end]| end.row - start.row);
+        self.rows.reserve(rows.sum());
+        let items = others.iter().map(ends).map(|[start, end]| end.item - start.item);
+        self.items.reserve(items.sum());
         self.slices.reserve(slices.len());
     }
 

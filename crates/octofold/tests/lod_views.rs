@@ -4,6 +4,8 @@
 //! Every run takes a few eyes and frames of built-in shapes; `cargo xtask sweep lod-views` takes all,
 //! and real models where `OCTOFOLD_DATA` has them.
 
+#![allow(clippy::unwrap_used)]
+
 use octofold::lod::{
     BuildOptions, Criterion, Cut, Diagonal, Drawn, Eye, Lod, Mode, build, drawn, patches,
 };

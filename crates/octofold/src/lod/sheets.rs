@@ -73,6 +73,7 @@ impl Sheets {
             }
         }
         let mut touched = vec![false; if ambiguous.is_empty() { 0 } else { cut.entries.len() }];
+        let mut known = 0;
         loop {
             run.check()?;
             let mut classes = Classes::new(patches);
@@ -82,7 +83,13 @@ impl Sheets {
             for face in &ambiguous {
                 face.pairs.iter().for_each(|&pair| classes.link(patches, pair));
             }
+            // A swap parts sheets; at borders of open surfaces it may not, and could go on for ever.
             let mut swapped = false;
+            let count = classes.count();
+            if count <= known {
+                return Ok(classes.sheets(lod, cut, patches));
+            }
+            known = count;
             touched.iter_mut().for_each(|t| *t = false);
             for face in &mut ambiguous {
                 // Sheets that were parted in this round are looked at in the next.
@@ -190,6 +197,10 @@ impl Classes {
             }
         }
         classes
+    }
+
+    fn count(&self) -> usize {
+        self.parents.iter().enumerate().filter(|&(corner, &above)| corner == above as usize).count()
     }
 
     fn find(&mut self, mut corner: u32) -> u32 {

@@ -14,10 +14,18 @@ pub type Images = [Option<Arc<Pyramid>>];
 pub(super) struct Tint<'a> {
     mesh: &'a Mesh,
     base: Base<'a>,
-    /// Texture coordinates of corners, materials of triangles, and their images.
-    textures: Option<(&'a [[f32; 2]], &'a [u32], &'a Images)>,
+    textures: Option<Textures<'a>>,
     /// Side of a finest cell in the world.
     cell: f64,
+}
+
+/// Images, and where triangles are in them.
+struct Textures<'a> {
+    /// Texture coordinates of corners.
+    uvs: &'a [[f32; 2]],
+    /// Materials of triangles.
+    materials: &'a [u32],
+    images: &'a Images,
 }
 
 /// Colours that those of images are multiplied by.
@@ -46,7 +54,7 @@ impl<'a> Tint<'a> {
         };
         let textures = match (&mesh.attributes.corner_uvs, face_materials) {
             (Some(uvs), Some(of_face)) if images.iter().any(Option::is_some) => {
-                Some((uvs.as_slice(), of_face.as_slice(), images))
+                Some(Textures { uvs, materials: of_face, images })
             }
             _ => None,
         };
@@ -78,8 +86,8 @@ impl<'a> Tint<'a> {
 
     /// The colour of a triangle's image, where it has one: the mean over about as much as a cell shows.
     fn image(&self, t: usize, place: DVec3) -> Option<Vec4> {
-        let (uvs, of_face, images) = self.textures?;
-        let pyramid = images.get(of_face[t] as usize)?.as_ref()?;
+        let Textures { uvs, materials, images } = self.textures.as_ref()?;
+        let pyramid = images.get(materials[t] as usize)?.as_ref()?;
         let corners = self.mesh.corners(t);
         let shares = shares(corners, place);
         let uvs = [0, 1, 2].map(|k| DVec2::from(uvs[3 * t + k].map(f64::from)));

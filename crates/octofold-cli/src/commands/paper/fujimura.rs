@@ -9,7 +9,7 @@
 mod tables;
 mod trial;
 
-use super::chart::{Series, chart};
+use super::chart::{Axes, Series, chart};
 use super::table::Table;
 use crate::job::{Account, Job, Outcome};
 use crate::{files, page};
@@ -155,7 +155,7 @@ impl Desk<'_> {
     fn charts(&self, trials: &[Trial]) -> Result<Vec<String>> {
         let mut names = Vec::new();
         let mut add = |name: &str, title: &str, series: &[Series]| -> Result<()> {
-            if let Some(svg) = chart(title, series)? {
+            if let Some(svg) = chart(title, Axes::Levels, series)? {
                 self.write(name, svg.as_bytes())?;
                 names.push(name.to_string());
             }
@@ -184,13 +184,14 @@ impl Desk<'_> {
         position: Position,
         value: impl Fn(&Trial) -> Option<f64>,
     ) -> Series {
-        let point = |&n: &usize| Some((n.ilog2(), tables::mean(trials, position, n, &value)?));
+        let point =
+            |&n: &usize| Some((f64::from(n.ilog2()), tables::mean(trials, position, n, &value)?));
         let points = self.resolutions.iter().filter_map(point).collect();
         Series { name, colour, published: false, points }
     }
 
     fn shares(&self, trials: &[Trial], position: Position) -> Vec<Series> {
-        let level = |n: &usize| n.ilog2();
+        let level = |n: &usize| f64::from(n.ilog2());
         let published = PUBLISHED.map(|share| Series {
             name: format!("published, {:.0} %", 100.0 * share),
             colour: [120, 128, 138],
