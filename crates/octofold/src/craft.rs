@@ -35,7 +35,7 @@ pub struct CraftOptions {
     pub flatness: f64,
     /// Parts shorter than this are left out, in millimetres on paper.
     pub smallest: f64,
-    /// The model is made smaller where a face would not fit a page.
+    /// The model is made smaller where a face would not fit a page; else that is cut across.
     pub shrink: bool,
     /// Pages, tabs and size.
     pub sheets: UnfoldOptions,
@@ -356,9 +356,6 @@ impl Bench<'_> {
         let UnfoldError::LargeFace { width, height, room_width, room_height } = error else {
             return Err(error);
         };
-        if !self.options.shrink {
-            return Err(error);
-        }
         // A face may lie across as well; a little less than what fits leaves room for rounding.
         let share = 0.98 * (room_width / width).min(room_height / height);
         let unfolded = unfold::unfold(mesh, &sheets(self.factor * share), self.run)?;

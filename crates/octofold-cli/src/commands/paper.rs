@@ -2,6 +2,7 @@
 
 mod chart;
 mod dohi;
+mod folder;
 mod fujimura;
 mod nishio;
 mod table;

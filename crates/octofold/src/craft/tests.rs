@@ -65,15 +65,16 @@ fn sheets_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_model_that_is_too_large_for_the_page_is_made_smaller() {
+fn a_model_that_is_too_large_for_the_page_is_made_smaller_or_its_faces_are_cut() {
     let cube = Sample::Cube.polygons(1).unwrap().triangulate();
     let mut options = small(10);
     options.sheets.page = [80.0, 80.0];
     let account = crafted(&cube, &options).account;
     assert!(account.shrunk.is_some_and(|share| share < 0.6));
     options.shrink = false;
-    let refused = craft(&cube, &options, &Run::default());
-    assert!(matches!(refused, Err(CraftError::Unfold(UnfoldError::LargeFace { .. }))));
+    let found = crafted(&cube, &options);
+    assert_eq!(found.account.shrunk, None);
+    assert!(found.unfolded.account.divided >= 6);
 }
 
 proptest! {

@@ -8,9 +8,10 @@
 mod models;
 mod tables;
 
+use super::folder::{self, Folder, figure, paragraph};
 use super::table::Table;
-use crate::job::{Account, Job, Outcome};
-use crate::{files, page, picture};
+use crate::job::{Job, Outcome};
+use crate::{page, picture};
 use anyhow::{Context, Result};
 use models::Model;
 use octofold::craft::{self, CraftAccount, CraftOptions, Crafted};
@@ -118,7 +119,7 @@ struct Trial {
 
 /// The folder.
 struct Desk {
-    folder: PathBuf,
+    folder: Folder,
     /// Stops with the job; findings of single trials stay out of its report.
     run: Run,
     resolution: u32,
@@ -129,7 +130,7 @@ impl Args {
     /// Runs the trials and writes the folder.
     pub fn run(self, job: &Job) -> Result<Outcome> {
         let Self { folder, resolution, faces } = self;
-        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let folder = Folder::create(folder)?;
         let run = Run { cancel: job.run.cancel.clone(), ..Run::default() };
         let desk = Desk { folder, run, resolution, faces };
         let models = models::all();
@@ -142,18 +143,9 @@ impl Args {
             job.run.progress(trials.len() as u64, models.len() as u64);
         }
         let tables = tables::all(&trials);
-        let text: String = tables.iter().map(Table::markdown).collect();
-        desk.write(
-            "tables.md",
-            format!("# Dohi, Mitani, Nishihara and Fukui\n\n{text}").as_bytes(),
-        )?;
-        desk.write("results.json", &serde_json::to_vec_pretty(&desk.results(&trials))?)?;
-        desk.write("results.csv", tables::csv(&trials).as_bytes())?;
-        desk.write("index.html", desk.page(&trials, &tables).as_bytes())?;
-        job.finish(Account::default())?;
-        let (index, seconds) = (desk.folder.join("index.html"), job.terminal.seconds());
-        job.terminal.say(&format!("{}: open it in a browser, {seconds:.1} s", index.display()));
-        Ok(Outcome::Holds)
+        let (results, csv) = (desk.results(&trials), tables::csv(&trials));
+        let body = desk.body(&trials, &tables);
+        desk.folder.finish(job, "Dohi, Mitani, Nishihara and Fukui", &tables, &results, &csv, &body)
     }
 }
 
@@ -201,7 +193,7 @@ impl Desk {
         let dress = Dress { colours: ModelColours::new(&model.mesh), cover: None };
         for format in [SheetFormat::Svg, SheetFormat::Pdf] {
             let name = format!("{}-sheets.{}", model.name, format.name());
-            let path = self.folder.join(name);
+            let path = self.folder.path(&name);
             write_sheets(&pattern, &dress, &path, format, &self.run)?;
         }
         let folded = pattern.folded();
@@ -226,7 +218,7 @@ impl Desk {
             ..Style::default()
         };
         let view = View::default().sized(560, 480);
-        picture::draw_mesh(mesh, &view, &style, &self.folder.join(name), &self.run)
+        picture::draw_mesh(mesh, &view, &style, &self.folder.path(name), &self.run)
     }
 
     fn results<'a>(&self, trials: &'a [Trial]) -> impl Serialize + use<'a> {
@@ -247,32 +239,24 @@ impl Desk {
         }
     }
 
-    fn page(&self, trials: &[Trial], tables: &[Table]) -> String {
-        let text = |t: &str| format!("<p>{}</p>\n", page::escape(t));
+    fn body(&self, trials: &[Trial], tables: &[Table]) -> String {
         let scenes: String = trials.iter().map(scene).collect();
-        let tables: String = tables.iter().map(Table::html).collect();
-        let body = format!(
-            "<h1>From broken models to paper</h1>\n{}{}{scenes}<h2>Tables</h2>\n{tables}\
-             <p><a href=\"tables.md\">tables.md</a>, <a href=\"results.csv\">results.csv</a>, \
-             <a href=\"results.json\">results.json</a></p>\n",
-            text(
+        format!(
+            "<h1>From broken models to paper</h1>\n{}{}{scenes}{}",
+            paragraph(
                 "After Dohi, Mitani, Nishihara and Fukui, who took one house with a chimney through \
                  its roof from a broken model to paper, with half an hour of work by hand. Here \
                  nothing is done by hand."
             ),
-            text(&format!(
+            paragraph(&format!(
                 "Each model is repaired at {} cells to a closed mesh, to single sheets by the \
                  published rule, and to single sheets by ours; then reduced to {} flat faces at \
                  most, unfolded at 150 mm, and folded again from what stands on the sheets. Edges with \
                  a single face are red.",
                 self.resolution, self.faces
             )),
-        );
-        page::document("Dohi, Mitani, Nishihara and Fukui", &body)
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        files::write(&self.folder.join(name), bytes)
+            folder::tables(tables),
+        )
     }
 }
 
@@ -282,16 +266,11 @@ const MOST_LINES: usize = 2000;
 /// What a page shows of a model.
 fn scene(trial: &Trial) -> String {
     let name = trial.model;
-    let figure = |file: String, caption: &str| {
-        format!(
-            "<figure><img src=\"{file}\" alt=\"{file}\"><figcaption>{caption}</figcaption></figure>\n"
-        )
-    };
-    let stage = |stage: &str, caption: &str| figure(format!("{name}-{stage}.png"), caption);
+    let stage = |stage: &str, caption: &str| figure(&format!("{name}-{stage}.png"), caption);
     let pages = trial.paper.unfold.pages;
     let sheets = (1..=pages).map(|page| {
         let number = if pages > 1 { format!("-{page}") } else { String::new() };
-        figure(format!("{name}-sheets{number}.svg"), &format!("sheet {page} of {pages}"))
+        figure(&format!("{name}-sheets{number}.svg"), &format!("sheet {page} of {pages}"))
     });
     format!(
         "<h2>{name}</h2>\n<p>{}</p>\n<div class=\"grid\">\n{}{}{}{}{}{}</div>\n\

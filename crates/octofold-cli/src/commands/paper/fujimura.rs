@@ -10,9 +10,9 @@ mod tables;
 mod trial;
 
 use super::chart::{Axes, Series, chart};
+use super::folder::{self, Folder, figure, gallery, paragraph};
 use super::table::Table;
-use crate::job::{Account, Job, Outcome};
-use crate::{files, page};
+use crate::job::{Job, Outcome};
 use anyhow::{Context, Result, ensure};
 use octofold::Run;
 use octofold::network::compress::Reading;
@@ -80,7 +80,7 @@ const PUBLISHED: [f64; 2] = [0.11, 0.17];
 
 /// The folder.
 struct Desk<'a> {
-    folder: PathBuf,
+    folder: Folder,
     job: &'a Job,
     /// Stops with the job; findings of single trials stay out of its report.
     run: Run,
@@ -93,22 +93,15 @@ impl Args {
     pub fn run(self, job: &Job) -> Result<Outcome> {
         let resolutions = self.resolutions()?;
         let shapes = self.shapes()?;
-        let folder = self.folder;
-        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let folder = Folder::create(self.folder)?;
         let run = Run { cancel: job.run.cancel.clone(), ..Run::default() };
         let desk = Desk { folder, job, run, shapes, resolutions };
         let trials = desk.trials()?;
         let tables = tables::all(&trials);
         let charts = desk.charts(&trials)?;
-        let text: String = tables.iter().map(Table::markdown).collect();
-        desk.write("tables.md", format!("# Fujimura, Kobori and Kutsuwa\n\n{text}").as_bytes())?;
-        desk.write("results.json", &serde_json::to_vec_pretty(&desk.results(&trials))?)?;
-        desk.write("results.csv", tables::csv(&trials).as_bytes())?;
-        desk.write("index.html", desk.page(&tables, &charts).as_bytes())?;
-        job.finish(Account::default())?;
-        let (index, seconds) = (desk.folder.join("index.html"), job.terminal.seconds());
-        job.terminal.say(&format!("{}: open it in a browser, {seconds:.1} s", index.display()));
-        Ok(Outcome::Holds)
+        let (results, csv) = (desk.results(&trials), tables::csv(&trials));
+        let body = desk.body(&tables, &charts);
+        desk.folder.finish(job, "Fujimura, Kobori and Kutsuwa", &tables, &results, &csv, &body)
     }
 
     fn resolutions(&self) -> Result<Vec<usize>> {
@@ -156,7 +149,7 @@ impl Desk<'_> {
         let mut names = Vec::new();
         let mut add = |name: &str, title: &str, series: &[Series]| -> Result<()> {
             if let Some(svg) = chart(title, Axes::Levels, series)? {
-                self.write(name, svg.as_bytes())?;
+                self.folder.write(name, svg.as_bytes())?;
                 names.push(name.to_string());
             }
             Ok(())
@@ -236,37 +229,26 @@ impl Desk<'_> {
         }
     }
 
-    fn page(&self, tables: &[Table], charts: &[String]) -> String {
-        let text = |t: &str| format!("<p>{}</p>\n", page::escape(t));
-        let image =
-            |name: &String| format!("<figure><img src=\"{name}\" alt=\"{name}\"></figure>\n");
-        let images: String = charts.iter().map(image).collect();
-        let tables: String = tables.iter().map(Table::html).collect();
-        let body = format!(
-            "<h1>The network model beside the octree</h1>\n{}{}\
-             <div class=\"grid\">\n{images}</div>\n\
-             <h2>Tables</h2>\n{tables}\
-             <p><a href=\"tables.md\">tables.md</a>, <a href=\"results.csv\">results.csv</a>, \
-             <a href=\"results.json\">results.json</a></p>\n",
-            text(
+    fn body(&self, tables: &[Table], charts: &[String]) -> String {
+        let images: String = charts.iter().map(|name| figure(name, "")).collect();
+        format!(
+            "<h1>The network model beside the octree</h1>\n{}{}{}{}",
+            paragraph(
                 "The experiment of Fujimura, Kobori and Kutsuwa, repeated on built-in shapes: six \
                  primitives, eight products, six combinations, off the grid by a part of a voxel, \
                  and once more turned. The paper tells that a compressed network has 11 to 17 % of \
                  the data of an octree."
             ),
-            text(
+            paragraph(
                 "The paper does not say what a datum is, so three counts stand together: nodes \
                  (planes, edges and voxels, beside all nodes of the octree), items (with loops and \
                  their chains in words of 32 bits, beside its mixed nodes), and bytes in plain \
                  records beside an octree without pointers. Levels are powers of two: 2^level voxels \
                  along an axis."
             ),
-        );
-        page::document("Fujimura, Kobori and Kutsuwa", &body)
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        files::write(&self.folder.join(name), bytes)
+            gallery(&images),
+            folder::tables(tables),
+        )
     }
 }
 

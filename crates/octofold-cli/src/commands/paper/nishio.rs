@@ -8,9 +8,10 @@ mod published;
 mod tables;
 
 use super::chart::{Axes, Series, chart};
+use super::folder::{self, Folder, figure, gallery, paragraph};
 use super::table::Table;
-use crate::job::{Account, Job, Outcome};
-use crate::{files, page, picture};
+use crate::job::{Job, Outcome};
+use crate::picture;
 use anyhow::{Context, Result, ensure};
 use octofold::measure::{self, Extent, Measures, Weld};
 use octofold::picture::{Shading, Style, View};
@@ -125,7 +126,7 @@ impl Trial {
 
 /// The folder and its figures.
 struct Desk<'a> {
-    folder: PathBuf,
+    folder: Folder,
     job: &'a Job,
     /// Stops with the job; findings of single conversions stay out of its report.
     run: Run,
@@ -136,21 +137,15 @@ impl Args {
     /// Runs the experiments and writes the folder.
     pub fn run(self, job: &Job) -> Result<Outcome> {
         let Self { folder, levels } = self;
-        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let folder = Folder::create(folder)?;
         let run = Run { cancel: job.run.cancel.clone(), ..Run::default() };
         let desk = Desk { folder, job, run, levels };
         let trials = desk.trials()?;
         let tables = tables::all(&trials);
         let charts = desk.charts(&trials)?;
-        let text: String = tables.iter().map(Table::markdown).collect();
-        desk.write("tables.md", format!("# Nishio, Kobori and Kutsuwa 1997\n\n{text}").as_bytes())?;
-        desk.write("results.json", &serde_json::to_vec_pretty(&desk.results(&trials))?)?;
-        desk.write("results.csv", tables::csv(&trials).as_bytes())?;
-        desk.write("index.html", desk.page(&tables, &charts).as_bytes())?;
-        job.finish(Account::default())?;
-        let (index, seconds) = (desk.folder.join("index.html"), job.terminal.seconds());
-        job.terminal.say(&format!("{}: open it in a browser, {seconds:.1} s", index.display()));
-        Ok(Outcome::Holds)
+        let (results, csv) = (desk.results(&trials), tables::csv(&trials));
+        let body = desk.body(&tables, &charts);
+        desk.folder.finish(job, "Nishio, Kobori and Kutsuwa 1997", &tables, &results, &csv, &body)
     }
 }
 
@@ -233,7 +228,7 @@ impl Desk<'_> {
             ..Style::default()
         };
         let view = View::default().sized(640, 560);
-        picture::draw_mesh(mesh, &view, &style, &self.folder.join(name), &self.run)
+        picture::draw_mesh(mesh, &view, &style, &self.folder.path(name), &self.run)
     }
 
     /// Writes the charts; titles and file names.
@@ -245,7 +240,7 @@ impl Desk<'_> {
                 let title = format!("{title}, {}", shape.name());
                 if let Some(svg) = chart(&title, Axes::Levels, &series)? {
                     let name = format!("{}-{}.svg", shape.name(), what.name());
-                    self.write(&name, svg.as_bytes())?;
+                    self.folder.write(&name, svg.as_bytes())?;
                     names.push(name);
                 }
             }
@@ -275,52 +270,35 @@ impl Desk<'_> {
         }
     }
 
-    fn page(&self, tables: &[Table], charts: &[String]) -> String {
-        let text = |t: &str| format!("<p>{}</p>\n", page::escape(t));
-        let image =
-            |name: &String| format!("<figure><img src=\"{name}\" alt=\"{name}\"></figure>\n");
-        let images: String = charts.iter().map(image).collect();
-        let tables: String = tables.iter().map(Table::html).collect();
+    fn body(&self, tables: &[Table], charts: &[String]) -> String {
+        let images: String = charts.iter().map(|name| figure(name, "")).collect();
         let figures: String = PARTS.iter().chain(&PRODUCTS).map(|&s| self.figures(s)).collect();
-        let body = format!(
-            "<h1>Octree to boundary representation</h1>\n{}{}\
-             <h2>Figures over levels</h2>\n<div class=\"grid\">\n{images}</div>\n\
-             <h2>Tables</h2>\n{tables}\
-             <p><a href=\"tables.md\">tables.md</a>, <a href=\"results.csv\">results.csv</a>, \
-             <a href=\"results.json\">results.json</a></p>\n\
+        format!(
+            "<h1>Octree to boundary representation</h1>\n{}{}<h2>Figures over levels</h2>\n{}{}\
              <h2>Wireframes at level {}</h2>\n{}{figures}",
-            text(
+            paragraph(
                 "Experiments 1 to 3 of Nishio, Kobori and Kutsuwa 1997, repeated beside the \
                  published figures. The paper gives no dimensions for its shapes; built-in shapes \
                  stand in for them, sampled at the corners of 2^level cells along an axis. \
                  Published times are those of an SGI Indy (R4400, 150 MHz)."
             ),
-            text(
+            paragraph(
                 "mc is marching cubes, amc adaptive marching cubes, tel the method of the paper as \
                  published. As in the paper, triangles of amc and tel are counted before cracks \
                  are filled; the last table tells what filling leaves open. Raw figures of ctel are \
                  those before the collapse."
             ),
+            gallery(&images),
+            folder::tables(tables),
             self.pictured(),
-            text("Edges of a single triangle, which filling left open, are red."),
-        );
-        page::document("Nishio, Kobori and Kutsuwa 1997", &body)
+            paragraph("Edges of a single triangle, which filling left open, are red."),
+        )
     }
 
     fn figures(&self, shape: Sample) -> String {
-        let figure = |method: Method| {
-            let name = picture_name(shape, method);
-            format!(
-                "<figure><img src=\"{name}\" alt=\"{name}\"><figcaption>{}</figcaption></figure>\n",
-                method.name()
-            )
-        };
-        let figures: String = Method::ALL.into_iter().map(figure).collect();
-        format!("<h3>{}</h3>\n<div class=\"grid\">\n{figures}</div>\n", shape.name())
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        files::write(&self.folder.join(name), bytes)
+        let of = |method: Method| figure(&picture_name(shape, method), method.name());
+        let figures: String = Method::ALL.into_iter().map(of).collect();
+        format!("<h3>{}</h3>\n{}", shape.name(), gallery(&figures))
     }
 }
 

@@ -10,10 +10,11 @@ mod tables;
 mod trial;
 
 use super::chart::{Axes, Series, chart};
+use super::folder::{self, Folder, figure, gallery, paragraph};
 use super::table::Table;
 use crate::files::ReadingArgs;
-use crate::job::{Account, Job, Outcome};
-use crate::{files, memory, page, picture};
+use crate::job::{Job, Outcome};
+use crate::{memory, picture};
 use anyhow::{Context, Result};
 use octofold::lod::{
     BuildOptions, Criterion, Cubes, Cut, Diagonal, Eye, Front, Lod, Mode, Patchwork, VertexRule,
@@ -185,7 +186,7 @@ struct Results {
 
 /// The folder and what is measured.
 struct Desk<'a> {
-    folder: PathBuf,
+    folder: Folder,
     job: &'a Job,
     /// Stops with the job; findings of single experiments stay out of its report.
     run: Run,
@@ -210,20 +211,13 @@ impl Args {
             }
             None => ("kettle".into(), kettle(1 << level, &run)?, false),
         };
-        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let folder = Folder::create(folder)?;
         let desk = Desk { folder, job, run, name, mesh, upright, level };
         let results = desk.results()?;
         let tables = tables::all(&results);
         let charts = desk.charts(&results)?;
-        let text: String = tables.iter().map(Table::markdown).collect();
-        desk.write("tables.md", format!("# Wakatsuki et al. 2003\n\n{text}").as_bytes())?;
-        desk.write("results.json", &serde_json::to_vec_pretty(&results)?)?;
-        desk.write("results.csv", tables::csv(&results).as_bytes())?;
-        desk.write("index.html", desk.page(&tables, &charts).as_bytes())?;
-        job.finish(Account::default())?;
-        let (index, seconds) = (desk.folder.join("index.html"), job.terminal.seconds());
-        job.terminal.say(&format!("{}: open it in a browser, {seconds:.1} s", index.display()));
-        Ok(Outcome::Holds)
+        let (csv, body) = (tables::csv(&results), desk.body(&tables, &charts));
+        desk.folder.finish(job, "Wakatsuki et al. 2003", &tables, &results, &csv, &body)
     }
 }
 
@@ -455,7 +449,7 @@ impl Desk<'_> {
             back: None,
             ..Style::default()
         };
-        picture::draw_mesh(mesh, &self.view(), &style, &self.folder.join(name), &self.run)
+        picture::draw_mesh(mesh, &self.view(), &style, &self.folder.path(name), &self.run)
     }
 
     /// Writes the charts; their file names.
@@ -463,7 +457,7 @@ impl Desk<'_> {
         let mut names = Vec::new();
         let mut write = |name: &str, title: &str, along, lines: &[Series]| -> Result<()> {
             if let Some(svg) = chart(title, Axes::Along(along), lines)? {
-                self.write(name, svg.as_bytes())?;
+                self.folder.write(name, svg.as_bytes())?;
                 names.push(name.to_string());
             }
             Ok(())
@@ -505,14 +499,7 @@ impl Desk<'_> {
         Ok(names)
     }
 
-    fn page(&self, tables: &[Table], charts: &[String]) -> String {
-        let text = |t: &str| format!("<p>{}</p>\n", page::escape(t));
-        let figure = |name: &str, caption: &str| {
-            format!(
-                "<figure><img src=\"{name}\" alt=\"{name}\"><figcaption>{}</figcaption></figure>\n",
-                page::escape(caption)
-            )
-        };
+    fn body(&self, tables: &[Table], charts: &[String]) -> String {
         let charts: String = charts.iter().map(|name| figure(name, "")).collect();
         let pictures: String = Rules::ALL
             .into_iter()
@@ -528,32 +515,25 @@ impl Desk<'_> {
                 })
             })
             .collect();
-        let tables: String = tables.iter().map(Table::html).collect();
-        let body = format!(
-            "<h1>Multi-scale patches</h1>\n{}{}<h2>Figures</h2>\n\
-             <div class=\"grid\">\n{charts}</div>\n<h2>Tables</h2>\n{tables}\
-             <p><a href=\"tables.md\">tables.md</a>, <a href=\"results.csv\">results.csv</a>, \
-             <a href=\"results.json\">results.json</a></p>\n\
-             <h2>Pictures</h2>\n<div class=\"grid\">\n{pictures}</div>\n",
-            text(&format!(
+        format!(
+            "<h1>Multi-scale patches</h1>\n{}{}<h2>Figures</h2>\n{}{}<h2>Pictures</h2>\n{}",
+            paragraph(&format!(
                 "The experiments of Wakatsuki, Ishii, Takahashi, Imai and Makino 2003, repeated with \
                  {} at level {} beside the published figures, which are those of the Stanford bunny \
                  at level 8 on a Pentium III at 550 MHz. Lengths are in the paper's unit: the root \
                  cube has side 256.",
                 self.name, self.level
             )),
-            text(
+            paragraph(
                 "MP are multi-scale patches, CS is marching cubes on the same octants with stitched \
                  cracks. Rules as published: mean vertices, octants by formulas 1 and 2. Ours: \
                  quadric vertices, octants by a bound of the error in pixels. For each distance the \
                  threshold is the one that gives the paper's count of patches."
             ),
-        );
-        page::document("Wakatsuki et al. 2003", &body)
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        files::write(&self.folder.join(name), bytes)
+            gallery(&charts),
+            folder::tables(tables),
+            gallery(&pictures),
+        )
     }
 }
 
