@@ -345,7 +345,7 @@ fn written_tables_obey_the_validator() {
     let accessor = |key: &Value| &file["accessors"][key.as_u64().unwrap() as usize];
     let target = |a: &Value| views[a["bufferView"].as_u64().unwrap() as usize]["target"].clone();
     let indices = accessor(&primitive["indices"]);
-    assert_eq!((target(indices), &indices["componentType"]), (json!(34963), &json!(5125)));
+    assert_eq!((target(indices), &indices["componentType"]), (json!(34963), &json!(5123)));
     for (name, kind) in
         [("POSITION", "VEC3"), ("NORMAL", "VEC3"), ("TEXCOORD_0", "VEC2"), ("COLOR_0", "VEC4")]
     {
