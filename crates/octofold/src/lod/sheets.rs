@@ -27,7 +27,8 @@ pub(super) struct Sheets {
     pub apart: Vec<Option<(DVec3, DVec3)>>,
 }
 
-/// Two patches on the border of a common face, by the corner of each that comes before the face.
+/// Two patches on the border of a common face, by the corner of each that comes before the face; on the way
+/// round the face the inside begins at the first and ends at the second.
 type Pair = [u32; 2];
 
 /// The pairs on the face of two octants.
@@ -83,8 +84,8 @@ impl Sheets {
             for face in &ambiguous {
                 face.pairs.iter().for_each(|&pair| classes.link(patches, pair));
             }
-            // A swap parts sheets; at borders of open surfaces it may not, and could go on for ever.
             let mut swapped = false;
+            // A swap parts sheets; at borders of open surfaces it may not, and could go on for ever.
             let count = classes.count();
             if count <= known {
                 return Ok(classes.sheets(lod, cut, patches));
@@ -98,7 +99,8 @@ impl Sheets {
                 }
                 if let Some([i, j]) = face.doubled(patches, &mut classes) {
                     let ([a, b], [c, d]) = (face.pairs[i], face.pairs[j]);
-                    (face.pairs[i], face.pairs[j]) = ([d, a], [b, c]);
+                    // Either still begins where the inside does.
+                    (face.pairs[i], face.pairs[j]) = ([a, d], [c, b]);
                     face.octants.iter().for_each(|&o| touched[o as usize] = true);
                     swapped = true;
                 }

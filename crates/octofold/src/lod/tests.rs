@@ -188,6 +188,23 @@ impl Recursion<'_> {
     }
 }
 
+fn is_manifold(lod: &Lod, cut: &Cut) -> Result<(), TestCaseError> {
+    let found = patches(lod, cut, Mode::Manifold, &run()).unwrap();
+    let mesh = drawn(lod, cut, &found, Mode::Manifold, Diagonal::Fixed, &run()).unwrap().mesh;
+    let topology = Topology::of(mesh.points.len(), &mesh.triangles, &run()).unwrap();
+    prop_assert!(topology.is_closed() && topology.is_oriented());
+    prop_assert_eq!(topology.nonmanifold_edges.count, 0);
+    prop_assert_eq!(topology.nonmanifold_points.count, 0);
+    Ok(())
+}
+
+/// In this cut three pairs on one face join two sheets, so that one of them swaps twice.
+#[test]
+fn pairs_may_swap_more_than_once() {
+    let lod = &CLOSED[3];
+    is_manifold(lod, &random_cut(lod, 14_032_325_205_263_951_804, 3)).unwrap();
+}
+
 proptest! {
     #![proptest_config(cases(24))]
 
@@ -210,12 +227,7 @@ proptest! {
     ) {
         let lod = &CLOSED[which];
         let cut = random_cut(lod, seed, least);
-        let found = patches(lod, &cut, Mode::Manifold, &run()).unwrap();
-        let mesh = drawn(lod, &cut, &found, Mode::Manifold, Diagonal::Fixed, &run()).unwrap().mesh;
-        let topology = Topology::of(mesh.points.len(), &mesh.triangles, &run()).unwrap();
-        prop_assert!(topology.is_closed() && topology.is_oriented());
-        prop_assert_eq!(topology.nonmanifold_edges.count, 0);
-        prop_assert_eq!(topology.nonmanifold_points.count, 0);
+        is_manifold(lod, &cut)?;
     }
 
     #[test]
