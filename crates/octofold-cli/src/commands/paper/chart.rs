@@ -43,7 +43,7 @@ pub fn chart(title: &str, axes: Axes, series: &[Series]) -> Result<Option<String
     let done = match axes {
         Axes::Levels => {
             // Room above for the legend, on the scale of the axis.
-            let room = (values.end / values.start).powf(0.65).max(2.0);
+            let room = (values.end / values.start).powf(0.65).max(4.0);
             let values = values.start / 1.6..values.end * room;
             let across = across.start - 0.15..across.end + 0.15;
             draw(&mut svg, title, axes, series, across, values.log_scale())

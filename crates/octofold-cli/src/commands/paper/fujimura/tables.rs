@@ -129,7 +129,10 @@ pub fn all(trials: &[Trial]) -> Vec<Table> {
     let resolutions = resolutions(trials);
     let told = resolutions.iter().copied().filter(|&n| n <= TOLD).max();
     let told = told.or(resolutions.first().copied()).unwrap_or(TOLD);
-    let mut tables = vec![shares(trials), times(trials), exponents(trials)];
+    let mut tables = vec![shares(trials), times(trials)];
+    if !growth(trials).is_empty() {
+        tables.push(exponents(trials));
+    }
     tables.extend(Position::ALL.map(|position| shapes(trials, position, told)));
     tables.extend(Position::ALL.map(|position| files(trials, position)));
     tables.into_iter().map(Table::without_blanks).collect()
