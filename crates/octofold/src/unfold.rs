@@ -48,12 +48,12 @@ use crate::measure::weld;
 use crate::mesh::{Mesh, bounds};
 use crate::run::{Cancelled, Finding, Run};
 use division::Division;
-use facets::{Facets, gathered};
+use facets::{Facet, Facets, gathered};
 use glam::DVec2;
 use hinges::Hinges;
 use packing::Item;
 use patch::Patch;
-use plane::{Bounds, Motion, doubled_area, hull};
+use plane::{Bounds, Motion, hull};
 use regions::Flatness;
 use room::Room;
 use tabs::{Placed, TabSize};
@@ -96,7 +96,8 @@ pub struct UnfoldOptions {
     pub tab: f64,
     /// How far points may move so that faces become flat.
     pub flatness: f64,
-    /// Faces that are larger than a page are cut across; else they are refused.
+    /// Faces that are larger than a page are cut across, where all faces together are no larger than
+    /// [`MOST_PAGES`]; else they are refused.
     pub divide: bool,
     /// How long to look for fewer pieces: each step doubles the number of tries.
     pub effort: u32,
@@ -128,6 +129,9 @@ pub const MOST_EFFORT: u32 = 10;
 
 /// Faces that are unfolded at most.
 pub const MOST_FACES: usize = 10_000;
+
+/// Pages that all faces together may be as large as where some are cut across.
+pub const MOST_PAGES: f64 = 1000.0;
 
 /// Why a mesh could not be unfolded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -414,7 +418,8 @@ fn faces(
             many if many > MOST_FACES => return Err(UnfoldError::TooMany(many)),
             _ => {}
         }
-        if !options.divide {
+        let area: f64 = facets.facets.iter().map(Facet::area).sum();
+        if !options.divide || area > MOST_PAGES * room.area() {
             fits(&facets, room)?;
             break facets;
         }
@@ -527,10 +532,8 @@ fn close(facets: &Facets, hinges: &Hinges, placed: &Placed, kept: &mut [bool]) {
 /// seams to those before it.
 fn put_in_order(facets: &Facets, hinges: &Hinges, placed: &mut Placed) {
     let count = placed.pieces.len();
-    let area = |piece: &Vec<u32>| -> f64 {
-        let parts = piece.iter().map(|&f| &facets.facets[f as usize]);
-        parts.flat_map(|f| f.parts.iter().map(|part| doubled_area(&gathered(part, &f.flat)))).sum()
-    };
+    let area =
+        |piece: &Vec<u32>| -> f64 { piece.iter().map(|&f| facets.facets[f as usize].area()).sum() };
     let areas: Vec<f64> = placed.pieces.iter().map(area).collect();
     let mut seams: Vec<Vec<(u32, f64)>> = vec![Vec::new(); count];
     for hinge in &hinges.hinges {

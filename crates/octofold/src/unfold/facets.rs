@@ -34,6 +34,11 @@ impl Facet {
         self.sides[side as usize].map(|c| self.flat[c as usize])
     }
 
+    /// Its area.
+    pub fn area(&self) -> f64 {
+        self.parts.iter().map(|part| doubled_area(&gathered(part, &self.flat))).sum::<f64>() / 2.0
+    }
+
     /// The angles in radians inside the facet at the ends of side `side`.
     pub fn corner_angles(&self, side: u32) -> [f64; 2] {
         let [first, second] = self.sides[side as usize];

@@ -256,6 +256,9 @@ fn nothing_and_too_much_are_refused() {
     let large = UnfoldOptions { scale: Scale::Size(400.0), divide: false, ..options };
     let refused = unfold(&squared_box(1), &large, &run);
     assert!(matches!(refused, Err(UnfoldError::LargeFace { .. })));
+    let huge = UnfoldOptions { scale: Scale::Size(1e5), ..options };
+    let refused = unfold(&squared_box(1), &huge, &run);
+    assert!(matches!(refused, Err(UnfoldError::LargeFace { .. })));
     for bad in [f64::NAN, 0.0, -1.0] {
         let bad = UnfoldOptions { page: [bad, 297.0], ..options };
         assert!(matches!(unfold(&squared_box(1), &bad, &run), Err(UnfoldError::Length { .. })));
