@@ -17,7 +17,7 @@ cargo xtask tidy          the conventions of the repository
 cargo xtask sweep NAME    the whole of a large sweep: formats, certified, cubes, labels, lod,
                           lod-cuts, lod-views, network, published, repair, simplify or voxels
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
-                          models, labels, certified, lod, tiles, network, repair, damaged,
+                          models, labels, certified, certified-peers, lod, tiles, network, repair, damaged,
                           sheets or simplify";
 
 fn main() -> ExitCode {

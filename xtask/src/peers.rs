@@ -23,6 +23,7 @@ pub fn bench(name: &str) -> Result<()> {
         "certified" | "lod" | "network" | "repair" | "sheets" | "simplify" | "tiles" => {
             format!("{name}.py")
         }
+        "certified-peers" => "certified.py".into(),
         "damaged" => "repair.py".into(),
         _ => "bench.py".into(),
     };

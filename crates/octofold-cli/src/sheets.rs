@@ -14,12 +14,17 @@ pub struct SheetOutputArgs {
     /// File to write, its format by its ending: pdf, svg, dxf or fold
     #[arg(value_name = "OUT")]
     output: PathBuf,
+    /// For a cutting machine (Cricut, Silhouette): svg or dxf with one colour to an operation, unbroken
+    /// lines, 72 units to the inch, nothing hidden, and a square of 50 mm to try it with
+    #[arg(long)]
+    cutter: bool,
 }
 
 /// Where sheets go.
 pub struct SheetOutput {
     path: PathBuf,
     format: SheetFormat,
+    cutter: bool,
 }
 
 /// How sheets are laid out, as typed.
@@ -46,6 +51,9 @@ pub struct SheetArgs {
     /// Height of the tabs
     #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length)]
     tab: f64,
+    /// Thickness of the paper or card: closed parts keep their size outside
+    #[arg(long, value_name = "LENGTH", default_value = "0mm", value_parser = parse_length)]
+    thickness: f64,
     /// How long to look for fewer pieces; each step doubles the number of tries [default: unfold 3,
     /// craft 1]
     #[arg(long, value_name = "N",
@@ -76,6 +84,10 @@ impl SheetOutputArgs {
             let known = SheetFormat::ALL.map(SheetFormat::name).join(", ");
             format!("{name}: the name does not tell a format of sheets: {known}")
         })?;
+        ensure!(
+            !self.cutter || matches!(format, SheetFormat::Svg | SheetFormat::Dxf),
+            "{name}: cutting machines take svg or dxf: choose one of these with --cutter"
+        );
         if format == SheetFormat::Svg {
             let beside = path.with_extension("obj");
             let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
@@ -88,7 +100,7 @@ impl SheetOutputArgs {
                 beside.display()
             );
         }
-        Ok(SheetOutput { path, format })
+        Ok(SheetOutput { path, format, cutter: self.cutter })
     }
 }
 
@@ -101,7 +113,8 @@ impl SheetOutput {
             _ => None,
         };
         run.stage("write");
-        Ok(write_sheets(pattern, &Dress { colours, cover }, &self.path, self.format, run)?)
+        let dress = Dress { colours, cover, cutter: self.cutter };
+        Ok(write_sheets(pattern, &dress, &self.path, self.format, run)?)
     }
 
     /// What was written, in a line.
@@ -179,6 +192,7 @@ impl SheetArgs {
             page: self.page.0,
             margin: self.margin,
             tab: self.tab,
+            thickness: self.thickness,
             effort: self.effort.unwrap_or(effort),
             seed: self.seed,
             ..UnfoldOptions::default()

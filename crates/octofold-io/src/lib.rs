@@ -8,6 +8,7 @@ mod budget;
 mod colour;
 mod columns;
 mod cover;
+mod cutter;
 mod drawing;
 mod dxf;
 mod error;

@@ -5,7 +5,7 @@ use crate::cover::Cover;
 use crate::drawing::{Drawing, pages};
 use crate::prints::ModelColours;
 use crate::seal::{self, Origin};
-use crate::{Sink, WriteError, dxf, fold, pdf, save, svg};
+use crate::{Sink, WriteError, cutter, dxf, fold, pdf, save, svg};
 use octofold::unfold::Pattern;
 use octofold::{Run, ShapeError, SoupBuilder};
 use std::path::{Path, PathBuf};
@@ -50,13 +50,16 @@ pub struct Dress<'a> {
     pub colours: Option<ModelColours<'a>>,
     /// The first page of a PDF.
     pub cover: Option<Cover>,
+    /// SVG and DXF are for a cutting machine: nothing but what it draws, scores and cuts.
+    pub cutter: bool,
 }
 
 /// Writes a pattern: all files, or none of them.
 ///
 /// PDF and FOLD hold all pages. SVG and DXF take a file for each, numbered where there are several;
-/// beside an SVG stands the unfolded mesh as OBJ, which never replaces a file of another origin. Pages
-/// that an earlier run has left over are taken away, but for those that were changed since.
+/// beside an SVG stands the unfolded mesh as OBJ, which never replaces a file of another origin, and
+/// beside what a cutting machine takes a square to try it with. Pages that an earlier run has left over
+/// are taken away, but for those that were changed since.
 pub fn write_sheets(
     pattern: &Pattern,
     dress: &Dress<'_>,
@@ -64,15 +67,21 @@ pub fn write_sheets(
     format: SheetFormat,
     run: &Run,
 ) -> Result<(), WriteError> {
-    let printed = matches!(format, SheetFormat::Pdf | SheetFormat::Svg);
+    let cuts = dress.cutter && matches!(format, SheetFormat::Svg | SheetFormat::Dxf);
+    let printed = format == SheetFormat::Pdf || format == SheetFormat::Svg && !cuts;
     let colours = dress.colours.as_ref().filter(|_| printed);
     let mut drawings = pages(pattern, colours, run)?;
     let cover = dress.cover.as_ref().filter(|_| format == SheetFormat::Pdf);
     drawings.splice(..0, cover.map(|cover| cover.drawing(pattern)));
     if format == SheetFormat::Svg {
-        keep_foreign(&path.with_extension("obj"))?;
+        keep_foreign(&path.with_extension("obj"), "the unfolded model", format)?;
     }
     let title = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let square = format!("{title}-square.{}", format.name());
+    if cuts {
+        keep_foreign(&path.with_file_name(&square), "the square to try the machine with", format)?;
+        drawings.iter_mut().for_each(|drawing| *drawing = cutter::worked(drawing));
+    }
     match format {
         SheetFormat::Pdf => save(path, |sink| {
             let bytes = pdf::document(pattern, &drawings, &title).map_err(sink_error)?;
@@ -82,13 +91,24 @@ pub fn write_sheets(
             sink.out.write_all(fold::document(pattern, &title).as_bytes()).map_err(sink_error)
         }),
         SheetFormat::Svg => save(&first(path, drawings.len()), |sink| {
-            let page = |number, drawing: &Drawing| svg::page(pattern, drawing, number);
+            let page = |number, drawing: &Drawing| match cuts {
+                true => cutter::svg(pattern.page, drawing),
+                false => svg::page(pattern, drawing, number),
+            };
             page_by_page(sink, path, &drawings, page, run)?;
             sink.beside(format!("{title}.obj"), mesh_text(pattern, run)?);
+            if cuts {
+                let (size, drawing) = cutter::square();
+                sink.beside(&square, cutter::svg(size, &drawing).into_bytes());
+            }
             Ok(())
         }),
         SheetFormat::Dxf => save(&first(path, drawings.len()), |sink| {
-            page_by_page(sink, path, &drawings, |_, drawing| dxf::page(drawing), run)
+            page_by_page(sink, path, &drawings, |_, drawing| dxf::page(drawing), run)?;
+            if cuts {
+                sink.beside(&square, dxf::page(&cutter::square().1).into_bytes());
+            }
+            Ok(())
         }),
     }
     .map_err(|error| match error {
@@ -104,13 +124,13 @@ pub fn write_sheets(
 }
 
 /// Refuses to replace a file that we did not write.
-fn keep_foreign(path: &Path) -> Result<(), WriteError> {
+fn keep_foreign(path: &Path, what: &str, format: SheetFormat) -> Result<(), WriteError> {
     match std::fs::read(path) {
         Ok(bytes) if seal::origin(&bytes) != Origin::Ours => Err(WriteError::Unfit {
-            format: "svg",
+            format: format.name(),
             fact: format!(
-                "the unfolded model would be written over {}, which is no work of an earlier run: \
-                 choose another name",
+                "{what} would be written over {}, which is no work of an earlier run: choose another \
+                 name",
                 path.display()
             ),
         }),
@@ -202,6 +222,22 @@ mod tests {
     }
 
     #[test]
+    fn machines_get_a_square_that_replaces_nothing_of_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let dress = Dress { cutter: true, ..Dress::default() };
+        for format in [SheetFormat::Svg, SheetFormat::Dxf] {
+            let file = |name: &str| folder.path().join(format!("{name}.{}", format.name()));
+            let write = || write_sheets(&pattern(), &dress, &file("cube"), format, &Run::default());
+            write().unwrap();
+            write().unwrap();
+            let page = std::fs::read_to_string(file("cube-1")).unwrap();
+            assert!(file("cube-square").exists() && !page.contains("data-face"));
+            std::fs::write(file("cube-square"), "mine").unwrap();
+            assert!(write().is_err());
+        }
+    }
+
+    #[test]
     fn the_ruler_is_as_long_as_it_says() {
         let drawing = &pages(&pattern(), None, &Run::default()).unwrap()[0];
         let length = |line: &crate::drawing::Line| line.points[1][0] - line.points[0][0];
@@ -213,7 +249,7 @@ mod tests {
     fn printed_pages_are_whole() {
         let house = Sample::House.polygons(1).unwrap().triangulate();
         let pattern = unfold(&house, &UnfoldOptions::default(), &Run::default()).unwrap().pattern;
-        let dress = Dress { colours: ModelColours::new(&house), cover: None };
+        let dress = Dress { colours: ModelColours::new(&house), ..Dress::default() };
         assert!(dress.colours.is_some());
         for (page, drawing) in
             pages(&pattern, dress.colours.as_ref(), &Run::default()).unwrap().iter().enumerate()

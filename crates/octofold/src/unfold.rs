@@ -20,6 +20,7 @@ mod folded;
 mod grid;
 mod hanging;
 mod hinges;
+mod inset;
 mod opening;
 mod orientation;
 mod packing;
@@ -48,13 +49,14 @@ use crate::measure::weld;
 use crate::mesh::{Mesh, bounds};
 use crate::run::{Cancelled, Finding, Run};
 use division::Division;
+use edges::Edges;
 use facets::{Facet, Facets, gathered};
 use glam::DVec2;
 use hinges::Hinges;
 use packing::Item;
 use patch::Patch;
 use plane::{Bounds, Motion, hull};
-use regions::Flatness;
+use regions::{Flatness, Regions};
 use room::Room;
 use tabs::{Placed, TabSize};
 
@@ -96,6 +98,9 @@ pub struct UnfoldOptions {
     pub tab: f64,
     /// How far points may move so that faces become flat.
     pub flatness: f64,
+    /// Thickness of the paper: what is folded is the middle of the sheet, so that closed parts keep
+    /// their size outside.
+    pub thickness: f64,
     /// Faces that are larger than a page are cut across, where all faces together are no larger than
     /// [`MOST_PAGES`]; else they are refused.
     pub divide: bool,
@@ -117,6 +122,7 @@ impl Default for UnfoldOptions {
             margin: 10.0,
             tab: 5.0,
             flatness: 0.01,
+            thickness: 0.0,
             divide: true,
             effort: 3,
             seed: 1,
@@ -340,6 +346,7 @@ impl UnfoldOptions {
             ("the margin", self.margin, 2.0, 1000.0, "from 2 to a quarter of the page"),
             ("the tabs' height", self.tab, 1.0, 50.0, "from 1 to 50"),
             ("the flatness", self.flatness, 0.0, 1.0, "from 0 to 1"),
+            ("the thickness", self.thickness, 0.0, 5.0, "from 0 to 5"),
         ];
         for (name, value, least, most, bounds) in lengths {
             if !(least..=most).contains(&value) {
@@ -406,6 +413,16 @@ fn faces(
     let paint = paint(&attributes);
     let flat = Flatness { distance: options.flatness, angle: 0.5f64.to_radians() };
     let count = triangles.len();
+    if options.thickness > 0.0 {
+        thicken(
+            &mut welded.points,
+            &triangles,
+            &|t| (paint(sources[t as usize]), 0),
+            flat,
+            options.thickness,
+            run,
+        )?;
+    }
     let mut division = Division::new(welded.points, triangles);
     let mut facets = loop {
         let of = |t: u32| {
@@ -434,6 +451,25 @@ fn faces(
     let [x, y, z] = middle;
     let (placement, divided) = ([factor, x, y, z], division.cuts());
     Ok(Faces { facets, divided, placement, triangles: count })
+}
+
+/// Makes room for the thickness of the paper.
+fn thicken(
+    points: &mut Vec<[f64; 3]>,
+    triangles: &[[u32; 3]],
+    paint: &dyn Fn(u32) -> regions::Paint,
+    flat: Flatness,
+    thickness: f64,
+    run: &Run,
+) -> Result<(), Cancelled> {
+    let edges = Edges::of_triangles(triangles);
+    let regions = Regions::new(points, triangles, &edges, paint, flat);
+    let stuck = inset::inset(points, triangles, &edges, &regions, thickness / 2.0, run)?;
+    if stuck > 0 {
+        let text = format!("{stuck} corners are too narrow for paper of {thickness} mm");
+        run.finding(Finding::warning("thickness", text).of(stuck as u64));
+    }
+    Ok(())
 }
 
 /// Triangles on three points each, the first on each three.

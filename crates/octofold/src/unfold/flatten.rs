@@ -99,7 +99,7 @@ pub fn flatten(mesh: &Mesh, options: &FlattenOptions, run: &Run) -> Result<Flatt
 }
 
 /// Triangles that a move has turned over, folded onto a neighbour, or brought into another.
-fn spoilt(
+pub(super) fn spoilt(
     before: &Mesh,
     after: &Mesh,
     edges: &Edges,

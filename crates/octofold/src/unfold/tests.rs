@@ -64,7 +64,7 @@ fn polygon(tile: &Tile) -> Vec<DVec2> {
 }
 
 /// All that is promised of a pattern.
-fn check(pattern: &Pattern) {
+pub(super) fn check(pattern: &Pattern) {
     let point = |p: u32| DVec3::from_array(pattern.mesh.points[p as usize]);
     let mut faces = BTreeMap::new();
     let mut hinges: BTreeMap<(usize, u32), Vec<(&Tile, usize)>> = BTreeMap::new();

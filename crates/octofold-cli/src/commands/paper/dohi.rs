@@ -190,7 +190,7 @@ impl Desk {
         let area = measure::Extent::of(&mesh, &self.run)?.area;
         self.draw(&mesh, &format!("{}-reduced.png", model.name), Paint::Own)?;
         let Unfolded { pattern, account: unfold } = unfolded;
-        let dress = Dress { colours: ModelColours::new(&model.mesh), cover: None };
+        let dress = Dress { colours: ModelColours::new(&model.mesh), ..Dress::default() };
         for format in [SheetFormat::Svg, SheetFormat::Pdf] {
             let name = format!("{}-sheets.{}", model.name, format.name());
             let path = self.folder.path(&name);
