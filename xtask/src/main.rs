@@ -15,7 +15,8 @@ const USAGE: &str = "\
 cargo xtask test          everything that CI checks
 cargo xtask tidy          the conventions of the repository
 cargo xtask sweep NAME    the whole of a large sweep: formats, certified, cubes, labels, lod,
-                          lod-cuts, lod-views, network, published, repair, simplify or voxels
+                          lod-cuts, lod-views, network, published, repair, simplify or voxels;
+                          `cargo xtask sweep NAME 30..60` takes these hundredths of numbered cases
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
                           models, labels, certified, certified-peers, lod, tiles, network, repair, damaged,
                           sheets or simplify";
@@ -26,7 +27,8 @@ fn main() -> ExitCode {
     let done = match words[..] {
         ["test"] => stages::run(),
         ["tidy"] => tidy::run(),
-        ["sweep", name] => sweep::run(name),
+        ["sweep", name] => sweep::run(name, "full"),
+        ["sweep", name, part] => sweep::run(name, part),
         ["bench", name] => peers::bench(name),
         _ => Err(anyhow::anyhow!("usage:\n{USAGE}")),
     };

@@ -1,7 +1,7 @@
 //! Large sweeps: tests that take a sample of their domain in every run, and all of it here.
 //!
 //! Such a test reads the environment variable `OCTOFOLD_SWEEP` and takes all of its domain where
-//! that is `full`.
+//! that is `full`; those with numbered cases take some hundredths of it where that is a range.
 
 use crate::{cargo, must};
 use anyhow::{Context, Result};
@@ -22,13 +22,13 @@ const SWEEPS: [(&str, &str, &[&str]); 12] = [
     ("voxels", "octofold", &["voxelize", "scan", "spans", "octree", "lattice", "radix"]),
 ];
 
-/// Runs the sweep `name`.
-pub fn run(name: &str) -> Result<()> {
+/// Runs the sweep `name`, `part` of it.
+pub fn run(name: &str, part: &str) -> Result<()> {
     let (_, package, filters) =
         SWEEPS.into_iter().find(|(n, ..)| *n == name).with_context(|| {
             let names = SWEEPS.map(|(n, ..)| n).join(", ");
             format!("no sweep `{name}`; sweeps are {names}")
         })?;
     let words = ["test", "--release", "--package", package, "--", "--nocapture"];
-    must(cargo(&words).args(filters).env("OCTOFOLD_SWEEP", "full"))
+    must(cargo(&words).args(filters).env("OCTOFOLD_SWEEP", part))
 }

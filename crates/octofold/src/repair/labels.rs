@@ -6,7 +6,7 @@
 //! corner** (invariant S), which is what the extraction rests on. Source: specification of repair
 //! (A.1.4); Bischoff, Pavic and Kobbelt 2005.
 
-use super::bricks::{ALL, Block, Bricks, Halo, Place, Slot, dilate, each, has};
+use super::bricks::{ALL, Block, Bricks, Place, Slot, dilate, each, has};
 use super::flood::Flood;
 use crate::par;
 use crate::run::{Cancelled, Run};
@@ -85,41 +85,20 @@ impl Labels {
     ) -> Result<(), Cancelled> {
         let free: Vec<Block> =
             near.iter().zip(full).map(|(n, f)| std::array::from_fn(|z| n[z] & !f[z])).collect();
+        let all: Vec<u32> = (0..self.bricks.len() as u32).collect();
+        let mut front = Front::new(&self.bricks);
+        // Neither side ever shrinks, so a cell that one could not enter opens only by its own growth.
+        let [mut outer, mut inner] = [all.clone(), all];
         for _ in 0..rounds {
-            let outside = self.grown(&self.outside, &self.outside_runs, &free, run, |brick| {
-                self.bricks.halo(brick, &self.inside, &self.inside_runs)
-            })?;
-            let still = outside == self.outside;
-            self.outside = outside;
-            let inside = self.grown(&self.inside, &self.inside_runs, &free, run, |brick| {
-                self.bricks.halo(brick, &self.outside, &self.outside_runs)
-            })?;
-            if still && inside == self.inside {
+            let guard = (&self.inside[..], &self.inside_runs[..]);
+            outer = front.grow(&mut self.outside, &self.outside_runs, &free, guard, &outer, run)?;
+            let guard = (&self.outside[..], &self.outside_runs[..]);
+            inner = front.grow(&mut self.inside, &self.inside_runs, &free, guard, &inner, run)?;
+            if outer.is_empty() && inner.is_empty() {
                 break;
             }
-            self.inside = inside;
         }
         Ok(())
-    }
-
-    /// The cells, and those of `free` that touch them and nothing of `other`.
-    fn grown(
-        &self,
-        cells: &[Block],
-        runs: &[bool],
-        free: &[Block],
-        run: &Run,
-        other: impl Fn(u32) -> Halo + Sync,
-    ) -> Result<Vec<Block>, Cancelled> {
-        per_brick(&self.bricks, run, |brick| {
-            let (own, free) = (cells[brick as usize], free[brick as usize]);
-            if free.iter().zip(&own).all(|(f, o)| f & !o == 0) {
-                return own;
-            }
-            let reached = dilate(&self.bricks.halo(brick, cells, runs));
-            let guard = dilate(&other(brick));
-            std::array::from_fn(|z| own[z] | reached[z] & free[z] & !guard[z])
-        })
     }
 
     /// Whether a cell is outside.
@@ -281,10 +260,87 @@ fn spread(
     rounds: u32,
     run: &Run,
 ) -> Result<Vec<Block>, Cancelled> {
+    let nothing = vec![false; bricks.runs()];
+    let mut front = Front::new(bricks);
+    let mut changed: Vec<u32> =
+        (0..bricks.len() as u32).filter(|&b| cells[b as usize] != [0; 8]).collect();
     for _ in 0..rounds {
-        cells = dilated(bricks, &cells, run)?;
+        changed = front.step(&mut cells, &changed, run, |brick, cells| {
+            dilate(&bricks.halo(brick, cells, &nothing))
+        })?;
     }
     Ok(cells)
+}
+
+/// Growth of cells by rounds, in which only bricks beside a change are looked at: work grows with what
+/// is reached, not with that times the rounds.
+struct Front<'a> {
+    bricks: &'a Bricks,
+    marked: Vec<bool>,
+}
+
+impl<'a> Front<'a> {
+    fn new(bricks: &'a Bricks) -> Self {
+        Self { bricks, marked: vec![false; bricks.len()] }
+    }
+
+    /// Adds those of `free` that touch the cells, and nothing of `guard`, beside the bricks `changed`;
+    /// returns the bricks that it changes.
+    fn grow(
+        &mut self,
+        cells: &mut [Block],
+        runs: &[bool],
+        free: &[Block],
+        guard: (&[Block], &[bool]),
+        changed: &[u32],
+        run: &Run,
+    ) -> Result<Vec<u32>, Cancelled> {
+        let bricks = self.bricks;
+        self.step(cells, changed, run, |brick, cells| {
+            let (own, free) = (cells[brick as usize], free[brick as usize]);
+            if free.iter().zip(&own).all(|(f, o)| f & !o == 0) {
+                return own;
+            }
+            let reached = dilate(&bricks.halo(brick, cells, runs));
+            let guarded = dilate(&bricks.halo(brick, guard.0, guard.1));
+            std::array::from_fn(|z| own[z] | reached[z] & free[z] & !guarded[z])
+        })
+    }
+
+    /// Replaces the cells of all bricks beside `changed` that are not full by what `next` makes of
+    /// them, all at once; returns the bricks whose cells are others now.
+    fn step(
+        &mut self,
+        cells: &mut [Block],
+        changed: &[u32],
+        run: &Run,
+        next: impl Fn(u32, &[Block]) -> Block + Sync,
+    ) -> Result<Vec<u32>, Cancelled> {
+        let mut active = Vec::new();
+        for &brick in changed {
+            for n in 0..27 {
+                if let Slot::Brick(beside) = self.bricks.beside(brick, n)
+                    && cells[beside as usize] != ALL
+                    && !std::mem::replace(&mut self.marked[beside as usize], true)
+                {
+                    active.push(beside);
+                }
+            }
+        }
+        active.sort_unstable();
+        let known: &[Block] = cells;
+        let parts = par::blocks(run, active.len(), BLOCK, |range| {
+            let brick = |i: usize| (active[i], next(active[i], known));
+            range.map(brick).filter(|(b, new)| known[*b as usize] != *new).collect::<Vec<_>>()
+        })?;
+        active.iter().for_each(|&b| self.marked[b as usize] = false);
+        let mut changed = Vec::new();
+        for (brick, new) in parts.into_iter().flatten() {
+            cells[brick as usize] = new;
+            changed.push(brick);
+        }
+        Ok(changed)
+    }
 }
 
 /// The cells that touch one of `cells`, and these.
