@@ -115,7 +115,7 @@ impl Job {
         output.write(&shape, &self.run)?;
         let account = Account { steps, input, output: measures, surface, ..Account::default() };
         self.finish(account)?;
-        self.say_written(output, &shape);
+        self.say_written(output, &size(&shape));
         Ok(Outcome::Holds)
     }
 
@@ -144,6 +144,9 @@ impl Job {
         let steps = vec![step];
         let Made { shape, repair, .. } = pipeline::pipeline(shape, &steps, &self.run)?;
         output.write(&shape, &self.run)?;
+        let size = size(&shape);
+        // The proof of what was written needs the memory.
+        let shape = explain.is_some().then_some(shape);
         let proof = if output.is_pipe() { None } else { Some(self.measure_written(output)?) };
         let sheets = repair.as_ref().and_then(|r| r.sheets.as_ref());
         let holds = proof.as_ref().map(|(_, m)| match sheets {
@@ -154,7 +157,7 @@ impl Job {
                     && (m.oriented || sheets.one_sided_patches > 0)
             }
         });
-        if let (Some(explain), Some(Shape::Soup(soup)), Shape::Soup(made), Some(told)) =
+        if let (Some(explain), Some(Shape::Soup(soup)), Some(Shape::Soup(made)), Some(told)) =
             (explain, &reference, &shape, &repair)
         {
             let (before, after) = (soup.triangulate(), made.triangulate());
@@ -178,7 +181,7 @@ impl Job {
             repair,
             ..Account::default()
         })?;
-        self.say_written(output, &shape);
+        self.say_written(output, &size);
         if holds == Some(false) {
             self.terminal.say(&format!(
                 "{}: rounding in this format has spoilt the mesh: write PLY or OBJ",
@@ -235,7 +238,7 @@ impl Job {
             simplify,
             ..Account::default()
         })?;
-        self.say_written(output, &shape);
+        self.say_written(output, &size(&shape));
         if proved_within_error == Some(false) {
             self.terminal.say(&format!(
                 "{}: the error is passed, as rounding in this format has moved points: write PLY or OBJ",
@@ -248,7 +251,7 @@ impl Job {
 
     /// Measures what stands in a file that was just written.
     fn measure_written(&self, output: &Output) -> Result<(Mesh, Measures)> {
-        let mesh = output.as_input().open()?.read_mesh(&self.run)?.triangulate();
+        let mesh = output.as_input().open()?.read_mesh(&self.run)?.into_mesh();
         let measures = measure::measure(&mesh, Weld::Exact, &self.run)?;
         Ok((mesh, measures))
     }
@@ -259,7 +262,7 @@ impl Job {
         let measures = self.measures(shape)?;
         output.write(shape, &self.run)?;
         self.finish(Account { output: measures, ..Account::default() })?;
-        self.say_written(output, shape);
+        self.say_written(output, &size(shape));
         Ok(Outcome::Holds)
     }
 
@@ -276,14 +279,7 @@ impl Job {
         Ok(())
     }
 
-    fn say_written(&self, output: &Output, shape: &Shape) {
-        let what = match shape {
-            Shape::Soup(soup) => format!("{} points, {} faces", soup.points().len(), soup.faces()),
-            Shape::Volume(volume) => {
-                let [x, y, z] = volume.dims();
-                format!("{x} x {y} x {z} samples ({})", volume.scalar_type().name())
-            }
-        };
+    fn say_written(&self, output: &Output, what: &str) {
         let seconds = self.terminal.seconds();
         self.terminal.say(&format!("{}: {what}, {seconds:.2} s", output.name()));
     }
@@ -333,4 +329,15 @@ fn advice(from: Kind, to: Kind) -> String {
         _ => "convert",
     };
     format!("`octofold {command}` makes a {to} of a {from}")
+}
+
+/// How large a shape is, in words.
+fn size(shape: &Shape) -> String {
+    match shape {
+        Shape::Soup(soup) => format!("{} points, {} faces", soup.points().len(), soup.faces()),
+        Shape::Volume(volume) => {
+            let [x, y, z] = volume.dims();
+            format!("{x} x {y} x {z} samples ({})", volume.scalar_type().name())
+        }
+    }
 }

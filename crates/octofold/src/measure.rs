@@ -13,6 +13,7 @@ pub mod within;
 
 pub use distance::{Comparison, Distances, compare};
 pub use extent::Extent;
+use intersect::meeting_pairs;
 pub use intersect::self_intersections;
 pub use nearest::{Hit, Nearest, nearest_on};
 pub use topology::{Defect, Topology};
@@ -108,7 +109,10 @@ pub fn measure(mesh: &Mesh, weld: Weld, run: &Run) -> Result<Measures, Cancelled
     let topology = Topology::of(points.len(), &triangles, run)?;
     let extent = Extent::of(mesh, run)?;
     run.stage("self-intersections");
-    let pairs = self_intersections(mesh, run)?;
+    let pairs = match weld {
+        Weld::Off => self_intersections(mesh, run)?,
+        Weld::Exact => meeting_pairs(&points, &triangles, run)?,
+    };
     Ok(Measures {
         kind: "mesh",
         points: topology.points,

@@ -164,6 +164,15 @@ impl Soup {
         };
         Mesh { points: self.points.clone(), triangles, attributes, unit: self.unit }
     }
+
+    /// As [`Self::triangulate`], but what is in triangles already is moved, not copied.
+    pub fn into_mesh(self) -> Mesh {
+        if (0..self.faces()).any(|f| self.face(f).len() != 3) {
+            return self.triangulate();
+        }
+        let Self { points, corners, attributes, unit, .. } = self;
+        Mesh { points, triangles: corners.as_chunks().0.to_vec(), attributes, unit }
+    }
 }
 
 impl From<Mesh> for Soup {

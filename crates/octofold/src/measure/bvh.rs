@@ -156,15 +156,14 @@ impl Bvh {
         Self { nodes, items }
     }
 
-    /// Items and box of every leaf.
-    pub(super) fn leaves(&self) -> Vec<(Range<usize>, Box3)> {
-        let children = self.nodes.iter().flat_map(|node| (0..4).map(move |k| (node, k)));
+    /// Items and box of every leaf of these nodes.
+    pub(super) fn leaves(&self, nodes: Range<usize>) -> impl Iterator<Item = (Range<usize>, Box3)> {
+        let children = self.nodes[nodes].iter().flat_map(|node| (0..4).map(move |k| (node, k)));
         let used = children.filter(|(node, k)| node.is_used(*k));
         used.filter_map(|(node, k)| match node.child(k) {
             Child::Leaf(items) => Some((items, node.around(k))),
             Child::Inner(_) => None,
         })
-        .collect()
     }
 
     /// Calls `visit` with ranges of items whose leaf's box overlaps `query`.

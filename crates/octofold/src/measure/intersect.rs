@@ -5,32 +5,47 @@
 //! libigl's `remesh_self_intersections`, and is decided by exact predicates.
 
 use super::bvh::{Box3, Bvh, Item};
-use super::weld::weld_points;
+use super::weld::{Welding, weld_points};
 use crate::exact::{self, Point};
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::{Cancelled, Run};
+use std::borrow::Cow;
 
 const BLOCK: usize = 128;
+
+/// Where the largest coordinate is this near to 1, products stay in range as they are.
+const NEAR: f64 = (1u64 << 40) as f64;
 
 /// All pairs of triangles that meet outside a shared corner or edge, the lower number first,
 /// sorted.
 pub fn self_intersections(mesh: &Mesh, run: &Run) -> Result<Vec<[u32; 2]>, Cancelled> {
-    let welding = weld_points(&mesh.points, run)?;
-    let points = scaled(&welding.points);
-    let triangles = par::map(&mesh.triangles, |t| t.map(|p| welding.of[p as usize]));
+    let Welding { points, of } = weld_points(&mesh.points, run)?;
+    let triangles = par::map(&mesh.triangles, |t| t.map(|p| of[p as usize]));
+    meeting_pairs(&points, &triangles, run)
+}
+
+/// As [`self_intersections`], of triangles on distinct points.
+pub(super) fn meeting_pairs(
+    points: &[Point],
+    triangles: &[[u32; 3]],
+    run: &Run,
+) -> Result<Vec<[u32; 2]>, Cancelled> {
+    let points = scaled(points);
     let corners = |t: u32| triangles[t as usize].map(|p| points[p as usize]);
-    let items = par::blocks(run, triangles.len(), 32 * BLOCK, |range| {
-        let solid = |t: &u32| !exact::is_flat(corners(*t));
-        let item = |t| Item { around: Box3::around(&corners(t)), triangle: t };
-        (range.start as u32..range.end as u32).filter(solid).map(item).collect::<Vec<_>>()
+    let flat = par::blocks(run, triangles.len(), 32 * BLOCK, |range| {
+        let flat = |t: &u32| exact::is_flat(corners(*t));
+        (range.start as u32..range.end as u32).filter(flat).collect::<Vec<_>>()
     })?;
-    let tree = Bvh::new(items.concat());
-    let leaves = tree.leaves();
-    let found = par::blocks(run, leaves.len(), BLOCK, |range| {
+    let mut flat = flat.into_iter().flatten().peekable();
+    let solid = (0..triangles.len() as u32).filter(|t| flat.next_if_eq(t).is_none());
+    let solid: Vec<u32> = solid.collect();
+    let item = |&t: &u32| Item { around: Box3::around(&corners(t)), triangle: t };
+    let tree = Bvh::new(par::map(&solid, item));
+    let found = par::blocks(run, tree.nodes.len(), BLOCK, |range| {
         let mut pairs = Vec::new();
-        for (own, around) in &leaves[range] {
-            tree.overlaps(around, |other| {
+        for (own, around) in tree.leaves(range) {
+            tree.overlaps(&around, |other| {
                 // Each pair of leaves is met from both; the first sees to it.
                 if other.start >= own.start {
                     for i in own.clone() {
@@ -56,11 +71,15 @@ pub fn self_intersections(mesh: &Mesh, run: &Run) -> Result<Vec<[u32; 2]>, Cance
 
 /// The points, brought near to 1 by a power of two: nothing but the exponents changes, and products
 /// of coordinates stay in range.
-fn scaled(points: &[Point]) -> Vec<Point> {
+fn scaled(points: &[Point]) -> Cow<'_, [Point]> {
     let largest = points.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
     // The exponent's bits alone are the power of two just below.
     let power = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
-    if power.is_normal() { par::map(points, |p| p.map(|x| x / power)) } else { points.to_vec() }
+    if power.is_normal() && !(NEAR.recip()..NEAR).contains(&power) {
+        par::map(points, |p| p.map(|x| x / power)).into()
+    } else {
+        points.into()
+    }
 }
 
 /// Whether two triangles, neither of them flat, meet outside the points that they share.
