@@ -313,7 +313,14 @@ fn of_patches(
         for i in block {
             if level.crossed[i].any != 0 && level.shapes[i] < EVEN {
                 let mut least = [f64::INFINITY];
-                stars.shortened(&mut least, [level.vertex(i, stars.size)], i, finer, firsts, &mut faces);
+                stars.shortened(
+                    &mut least,
+                    [level.vertex(i, stars.size)],
+                    i,
+                    finer,
+                    firsts,
+                    &mut faces,
+                );
                 let bound = least[0].sqrt().min(stars.extent()) as f32;
                 found.push((i as u32, bound));
             }
@@ -417,9 +424,7 @@ fn of_rim(
 /// How far no point of a piece is from either cut: that is no further from a face than its ends are.
 fn off(faces: &[Vec<Face>; 2], ends: [DVec3; 2]) -> f64 {
     let of = |faces: &Vec<Face>| {
-        let far = |face: &Face| {
-            face.distance_squared(ends[0]).max(face.distance_squared(ends[1]))
-        };
+        let far = |face: &Face| face.distance_squared(ends[0]).max(face.distance_squared(ends[1]));
         faces.iter().map(far).fold(f64::INFINITY, f64::min)
     };
     of(&faces[0]).max(of(&faces[1])).sqrt()
