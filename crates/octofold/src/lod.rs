@@ -24,6 +24,7 @@ mod front;
 mod leaves;
 mod patches;
 mod pyramid;
+mod rim;
 mod settled;
 mod sheets;
 mod spread;

@@ -4,9 +4,10 @@
 //! edge, and the surface's vertices against all patches round the octant. Above, the vertices of an
 //! octant's children are measured against the patches round its own vertex, and what is found is
 //! added to the children's bounds: the distance of three surfaces is at most the sum of two. Quads
-//! are measured with both diagonals. The other way, the middles of diagonals of patches that are not nearly
-//! flat are measured against the patches round the children, and the larger of both sums is taken. Where
-//! no edge of an octant is crossed, its whole extent is taken.
+//! are measured with both diagonals. The other way, an octant's vertex and the middles of patches that
+//! are not nearly flat are measured against the patches round the children, and the larger of both sums
+//! is taken. Where no edge of an octant is crossed, its whole extent is taken. Patches stop short of where
+//! an open surface ends: pieces of its border are measured against the patches of every level.
 //! Source: specification of LOD, D.2 "Pixel bound", by sums of levels instead of samples at each.
 
 use super::crossings::Crossings;
@@ -14,6 +15,7 @@ use super::direction;
 use super::edges::LOCAL;
 use super::leaves::{Found, Leaves};
 use super::pyramid::{Level, firsts};
+use super::rim::{Piece, Rim};
 use crate::measure::nearest::Face;
 use crate::par;
 use crate::run::{Cancelled, Run};
@@ -21,6 +23,12 @@ use glam::DVec3;
 
 const BLOCK: usize = 1 << 12;
 const NONE: u32 = u32::MAX;
+
+/// Where no patch is near a piece of the border, it counts as so many octants away.
+const FAR: f64 = 5.0;
+
+/// Vertices of octants that are so flat, in steps of [`Level::shapes`], lie on the surface.
+const EVEN: u8 = 243;
 
 /// Neighbours of the octants of one level, by way `2 axis + side`.
 type Neighbours = Vec<[u32; 6]>;
@@ -31,14 +39,16 @@ pub(super) fn bounds(
     leaves: &Leaves,
     crossings: &Crossings,
     vertices: &[DVec3],
+    rim: &Rim,
     run: &Run,
 ) -> Result<Vec<Vec<f32>>, Cancelled> {
     run.stage("bounds");
     let mut neighbours: Neighbours = vec![[NONE; 6]];
-    let (mut own, mut back) = (Vec::new(), Vec::new());
+    let (mut own, mut back, mut ends) = (Vec::new(), Vec::new(), Vec::new());
     for (depth, level) in levels.iter().enumerate() {
         let size = 1 << (levels.len() - 1 - depth);
         let star = Stars { level, neighbours: &neighbours, size };
+        ends.push(of_rim(&star, rim, 3 * (levels.len() - 1 - depth) as u32, run)?);
         let Some(below) = levels.get(depth + 1) else {
             own.push(of_leaves(&star, leaves, crossings, vertices, run)?);
             break;
@@ -54,14 +64,33 @@ pub(super) fn bounds(
         back.push(bounds);
         neighbours = next;
     }
-    // On the finest level both ways are the same.
-    back.extend(own.last().cloned());
+    if let (Some(leaf), Some(own)) = (levels.last(), own.last()) {
+        back.push(of_vertices(leaf, own, leaves, crossings, run)?);
+    }
     summed(&mut own, levels);
     summed(&mut back, levels);
     for (own, back) in own.iter_mut().flatten().zip(back.iter().flatten()) {
         *own = own.max(*back);
     }
+    raised(&mut own, levels, ends);
     Ok(own)
+}
+
+/// Raises bounds to those of borders, with all octants above.
+fn raised(bounds: &mut [Vec<f32>], levels: &[Level], ends: Vec<Vec<(u32, f32)>>) {
+    for (depth, found) in ends.into_iter().enumerate().rev() {
+        for (octant, bound) in found {
+            let own = &mut bounds[depth][octant as usize];
+            *own = own.max(bound);
+        }
+        let (above, below) = bounds.split_at_mut(depth + 1);
+        let Some(below) = below.first() else { continue };
+        let mut children = below.iter();
+        for (bound, mask) in above[depth].iter_mut().zip(&levels[depth].masks) {
+            let children = children.by_ref().take(mask.count_ones() as usize);
+            *bound = children.fold(*bound, |most, &child| most.max(child));
+        }
+    }
 }
 
 /// Adds the largest of its children's bounds to each octant's.
@@ -159,6 +188,59 @@ impl Stars<'_> {
         }
     }
 
+    /// The same; for an octant without patches of its own, those round the nearest octants that have
+    /// some, a few steps away at most.
+    fn faces_near(&self, i: usize, faces: &mut [Vec<Face>; 2], near: &mut [Vec<Face>; 2]) {
+        const STEPS: usize = 4;
+        self.faces(i, faces);
+        let (mut met, mut done) = (vec![i as u32], 0);
+        for _ in 0..STEPS {
+            if !faces[0].is_empty() {
+                return;
+            }
+            for at in std::mem::replace(&mut done, met.len())..met.len() {
+                for n in self.neighbours[met[at] as usize] {
+                    if n == NONE || met.contains(&n) {
+                        continue;
+                    }
+                    met.push(n);
+                    self.faces(n as usize, near);
+                    for (all, part) in faces.iter_mut().zip(near.iter()) {
+                        all.extend(part);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Shortens the distances of places, squared, to those from the patches round the children of
+    /// octant `i`, where these are nearer.
+    fn shortened<const N: usize>(
+        &self,
+        least: &mut [f64; N],
+        places: [DVec3; N],
+        i: usize,
+        finer: &Stars<'_>,
+        firsts: &[u32],
+        faces: &mut [Vec<Face>; 2],
+    ) {
+        // Patches round a vertex are no further from it than two octants.
+        let reach = 2.0 * finer.extent();
+        let first = firsts[i] as usize;
+        for child in first..first + self.level.masks[i].count_ones() as usize {
+            let near = finer.level.vertex(child, finer.size);
+            let mut far = places.iter().zip(&*least);
+            if far.all(|(place, least)| place.distance(near) > least.sqrt() + reach) {
+                continue;
+            }
+            finer.faces(child, faces);
+            for (least, &place) in least.iter_mut().zip(&places) {
+                let nearest = faces[0].iter().map(|face| face.distance_squared(place));
+                *least = nearest.fold(*least, f64::min);
+            }
+        }
+    }
+
     /// The diagonal of an octant: no two of its points are further apart.
     fn extent(&self) -> f64 {
         f64::from(self.size) * 3f64.sqrt()
@@ -229,6 +311,19 @@ fn of_patches(
         let mut found = Vec::new();
         let mut faces = [Vec::new(), Vec::new()];
         for i in block {
+            if level.crossed[i].any != 0 && level.shapes[i] < EVEN {
+                let mut least = [f64::INFINITY];
+                stars.shortened(
+                    &mut least,
+                    [level.vertex(i, stars.size)],
+                    i,
+                    finer,
+                    firsts,
+                    &mut faces,
+                );
+                let bound = least[0].sqrt().min(stars.extent()) as f32;
+                found.push((i as u32, bound));
+            }
             // Each edge by the octant on whose low sides it lies.
             for edge in [0, 4, 8].into_iter().filter(|e| level.crossed[i].any >> e & 1 == 1) {
                 let Some(octants) = stars.octants(i, edge) else { continue };
@@ -236,33 +331,25 @@ fn of_patches(
                 if is_flat(level, octants, ring, stars.size) {
                     continue;
                 }
-                let middles = [ring[0] + ring[2], ring[1] + ring[3]].map(|sum| sum / 2.0);
-                let mut least = [f64::INFINITY; 2];
+                let middles = middles(ring);
+                let mut least = [f64::INFINITY; 6];
                 for octant in octants.map(|o| o as usize) {
-                    let first = firsts[octant] as usize;
-                    for child in first..first + level.masks[octant].count_ones() as usize {
-                        // Patches round a vertex are no further from it than two octants.
-                        let near = finer.level.vertex(child, finer.size);
-                        let reach = 2.0 * finer.extent();
-                        let mut far = middles.iter().zip(&least);
-                        if far.all(|(m, l)| m.distance(near) > l.sqrt() + reach) {
-                            continue;
-                        }
-                        finer.faces(child, &mut faces);
-                        for (least, &middle) in least.iter_mut().zip(&middles) {
-                            for face in &faces[0] {
-                                *least = least.min(face.distance_squared(middle));
-                            }
-                        }
-                    }
+                    stars.shortened(&mut least, middles, octant, finer, firsts, &mut faces);
                 }
-                let bound = least[0].max(least[1]).sqrt().min(stars.extent()) as f32;
+                let most = least.into_iter().fold(0.0, f64::max);
+                let bound = most.sqrt().min(stars.extent()) as f32;
                 found.extend(octants.map(|octant| (octant, bound)));
             }
         }
         found
     })?;
     Ok(parts.concat())
+}
+
+/// The middles of both diagonals of a patch, and of the triangles that these make.
+fn middles([a, b, c, d]: [DVec3; 4]) -> [DVec3; 6] {
+    let [p, q, r, s] = [a + b + c, a + c + d, b + c + d, b + d + a].map(|sum| sum / 3.0);
+    [(a + c) / 2.0, (b + d) / 2.0, p, q, r, s]
 }
 
 /// Whether a patch is so flat, and its octants face so much the same way, that it keeps near to what its
@@ -276,6 +363,71 @@ fn is_flat(level: &Level, octants: [u32; 4], ring: [DVec3; 4], size: u32) -> boo
     let normals = octants.map(|o| direction::unpacked(level.normals[o as usize]));
     let first = normals[0];
     apart <= FLAT * f64::from(size) && normals.iter().all(|n| n.dot(first) >= SAME_WAY)
+}
+
+/// How far patches are from the surface on the finest level: as far as the surface from them, or as the
+/// octant's vertex from the nearest plane of its crossings.
+fn of_vertices(
+    level: &Level,
+    own: &[f32],
+    leaves: &Leaves,
+    crossings: &Crossings,
+    run: &Run,
+) -> Result<Vec<f32>, Cancelled> {
+    let parts = par::blocks(run, own.len(), BLOCK, |block| {
+        let bound = |i: usize| {
+            if level.crossed[i].any == 0 || level.shapes[i] >= EVEN {
+                return own[i];
+            }
+            let vertex = level.vertex(i, 1);
+            let mut least = f64::INFINITY;
+            for found in leaves.found(i) {
+                let Found::Edge(edge, _) = found else { continue };
+                for sample in &crossings.samples[crossings.of(edge)] {
+                    let way = vertex - crossings.edges[edge].at(sample);
+                    least = least.min(way.dot(sample.normal.as_dvec3()).abs());
+                }
+            }
+            own[i].max(least as f32)
+        };
+        block.map(bound).collect::<Vec<_>>()
+    })?;
+    Ok(parts.concat())
+}
+
+/// How far pieces of the border are from the patches round the octants of a level that they lie in.
+/// Morton codes of finest cells have `shift` bits more than those of the level.
+fn of_rim(
+    stars: &Stars<'_>,
+    rim: &Rim,
+    shift: u32,
+    run: &Run,
+) -> Result<Vec<(u32, f32)>, Cancelled> {
+    let groups: Vec<&[Piece]> =
+        rim.pieces.chunk_by(|a, b| a.code >> shift == b.code >> shift).collect();
+    let parts = par::blocks(run, groups.len(), BLOCK, |block| {
+        let (mut faces, mut near) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+        let mut found = Vec::with_capacity(block.len());
+        for group in &groups[block] {
+            let Ok(i) = stars.level.codes.binary_search(&(group[0].code >> shift)) else {
+                continue;
+            };
+            stars.faces_near(i, &mut faces, &mut near);
+            let bound = group.iter().fold(0.0, |b: f64, p| b.max(off(&faces, p.ends)));
+            found.push((i as u32, bound.min(FAR * stars.extent()) as f32));
+        }
+        found
+    })?;
+    Ok(parts.concat())
+}
+
+/// How far no point of a piece is from either cut: that is no further from a face than its ends are.
+fn off(faces: &[Vec<Face>; 2], ends: [DVec3; 2]) -> f64 {
+    let of = |faces: &Vec<Face>| {
+        let far = |face: &Face| face.distance_squared(ends[0]).max(face.distance_squared(ends[1]));
+        faces.iter().map(far).fold(f64::INFINITY, f64::min)
+    };
+    of(&faces[0]).max(of(&faces[1])).sqrt()
 }
 
 fn of_leaves(
@@ -313,7 +465,7 @@ fn of_leaves(
         of_edge[edge as usize] = bound;
     }
     let parts = par::blocks(run, count, BLOCK, |block| {
-        let mut faces = [Vec::new(), Vec::new()];
+        let (mut faces, mut near) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
         let bound = |i: usize| {
             let mut bound = 0f64;
             let mut met = false;
@@ -323,16 +475,7 @@ fn of_leaves(
                     Found::Vertex(v) => {
                         if !met {
                             // A vertex alone in its octant is near the patches beside it.
-                            let mut near = [Vec::new(), Vec::new()];
-                            stars.faces(i, &mut faces);
-                            if stars.level.crossed[i].any == 0 {
-                                for &n in stars.neighbours[i].iter().filter(|&&n| n != NONE) {
-                                    stars.faces(n as usize, &mut near);
-                                    for (all, part) in faces.iter_mut().zip(&near) {
-                                        all.extend(part);
-                                    }
-                                }
-                            }
+                            stars.faces_near(i, &mut faces, &mut near);
                             met = true;
                         }
                         bound = grown(bound, &faces, vertices[v], stars.extent());

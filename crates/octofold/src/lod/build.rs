@@ -6,19 +6,16 @@ use super::cubes::Cubes;
 use super::field;
 use super::leaves::Leaves;
 use super::pyramid::{Finish, Level, pyramid};
+use super::rim::Rim;
 use super::tint::{Images, Tint};
 use super::tree::{Lod, Node, Parts, error_step};
 use super::{LodError, MOST_LEVELS};
 use crate::lattice::{Lattice, LatticeError};
-use crate::measure::weld_points;
 use crate::mesh::Mesh;
-use crate::octree::key::morton;
-use crate::radix::{self, Equal};
-use crate::run::{Cancelled, Run};
-use crate::scan;
+use crate::run::Run;
 use crate::surface::CubesOptions;
 use crate::volume::{Placement, Volume};
-use crate::{par, voxelize};
+use crate::voxelize;
 use glam::{DMat3, DVec3};
 
 /// Where the vertex of an octant is.
@@ -61,9 +58,6 @@ const EXACT: f32 = 1.0 / 32.0;
 
 /// Finest cells that a surface may cross: they are sorted in memory.
 const MOST_CELLS: f64 = 1e8;
-
-/// Octants of one block of work.
-const BLOCK: usize = 1 << 14;
 
 /// The model of a mesh: closed, open or not manifold.
 ///
@@ -126,7 +120,7 @@ pub fn build_volume(
     let crossings = field::crossings(volume, surface, run)?;
     let mut frame = volume.placement();
     frame.origin = frame.place([-1.0; 3]);
-    let surface = Surface { crossings, vertices: Vec::new(), border: Vec::new() };
+    let surface = Surface { crossings, vertices: Vec::new(), rim: Rim::default() };
     Ok(surface.built(levels, frame, options, run)?.lod)
 }
 
@@ -156,42 +150,12 @@ fn area(mesh: &Mesh) -> f64 {
     (0..mesh.triangles.len()).map(of).sum()
 }
 
-/// Morton codes of the cells that edges of a single triangle touch, and whether every edge has an even
-/// number of triangles.
-fn border(mesh: &Mesh, lattice: &Lattice, run: &Run) -> Result<(Vec<u64>, bool), Cancelled> {
-    // Points that lie on each other are one: formats split them where colours or normals differ.
-    let same = weld_points(&mesh.points, run)?;
-    let edges = par::blocks(run, mesh.triangles.len(), BLOCK, |block| {
-        let triangles = mesh.triangles[block].iter().map(|t| t.map(|p| same.of[p as usize]));
-        let edges = triangles.flat_map(|[p, q, r]| [[p, q], [q, r], [r, p]]);
-        let key = |[p, q]: [u32; 2]| u64::from(p.min(q)) << 32 | u64::from(p.max(q));
-        edges.map(key).collect::<Vec<_>>()
-    })?;
-    let (mut codes, mut even) = (Vec::new(), true);
-    for share in radix::sort(edges, 0, Equal::Keep) {
-        for group in share.chunk_by(|a, b| a == b) {
-            let ends = [group[0] >> 32, group[0] & u64::from(u32::MAX)];
-            if ends[0] == ends[1] {
-                continue;
-            }
-            even &= group.len() % 2 == 0;
-            if group.len() == 1 {
-                let [p, q] = ends.map(|p| lattice.snap(same.points[p as usize]));
-                scan::cells(&[p, q, q], lattice.sub_bits(), |cell| codes.push(morton(cell)));
-            }
-        }
-    }
-    codes.sort_unstable();
-    codes.dedup();
-    Ok((codes, even))
-}
-
 /// A surface on the finest grid.
 struct Surface {
     crossings: Crossings,
     /// In finest cells.
     vertices: Vec<DVec3>,
-    border: Vec<u64>,
+    rim: Rim,
 }
 
 /// A model with all that it was made of.
@@ -230,7 +194,7 @@ impl Surface {
             .filter(|(_, used)| **used)
             .map(|(&p, _)| DVec3::from(lattice.snap(p).map(f64::from)) / size)
             .collect();
-        let (border, even) = border(mesh, &lattice, run)?;
+        let (rim, even) = Rim::of(mesh, &lattice, run)?;
         if even {
             crossings.judge_by_parity();
         }
@@ -239,7 +203,7 @@ impl Surface {
             unit: mesh.unit,
             ..Placement::spacing([lattice.cell(); 3])
         };
-        Ok((Self { crossings, vertices, border }, frame))
+        Ok((Self { crossings, vertices, rim }, frame))
     }
 
     fn built(
@@ -253,13 +217,13 @@ impl Surface {
             return Err(LodError::NoSurface(levels));
         }
         let coloured = self.crossings.colours.is_some();
-        let mut leaves = Leaves::new(&self.crossings, &self.vertices, self.border, run)?;
+        let mut leaves = Leaves::new(&self.crossings, &self.vertices, &self.rim, run)?;
         let linear = DMat3::from_cols_array_2d(&frame.axes);
         let normals = linear.inverse().transpose();
         let turn = |n: DVec3| (normals * n).normalize_or(DVec3::Z);
         let finish = Finish { rule: options.vertex, turn: &turn, coloured };
         let all = pyramid(&mut leaves, levels, &finish, run)?;
-        let bounds = bounds(&all, &leaves, &self.crossings, &self.vertices, run)?;
+        let bounds = bounds(&all, &leaves, &self.crossings, &self.vertices, &self.rim, run)?;
         run.stage("columns");
         let count: u64 = all.iter().map(|level| level.codes.len() as u64).sum();
         if count >= u64::from(u32::MAX) {

@@ -2,6 +2,7 @@
 
 use super::crossings::Crossings;
 use super::edges::across;
+use super::rim::Rim;
 use super::sums::Sum;
 use crate::octree::key::morton;
 use crate::par;
@@ -50,12 +51,11 @@ impl From<Tagged> for Found {
 }
 
 impl Leaves {
-    /// The finest octants of a surface with these crossings; `vertices` are in finest cells, `border`
-    /// are Morton codes of cells on its border.
+    /// The finest octants of a surface with these crossings; `vertices` are in finest cells.
     pub(super) fn new(
         crossings: &Crossings,
         vertices: &[DVec3],
-        border: Vec<u64>,
+        rim: &Rim,
         run: &Run,
     ) -> Result<Self, Cancelled> {
         run.stage("leaves");
@@ -85,8 +85,8 @@ impl Leaves {
             };
             block.map(tagged).collect::<Vec<_>>()
         })?);
-        if !border.is_empty() {
-            found.push(border.iter().map(|&key| Tagged { key, tag: BORDER }).collect());
+        if !rim.cells.is_empty() {
+            found.push(rim.cells.iter().map(|&key| Tagged { key, tag: BORDER }).collect());
         }
         let shares = radix::sort(found, 0, Equal::Keep);
         run.check()?;
