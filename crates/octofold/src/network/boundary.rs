@@ -6,8 +6,11 @@
 //! and 2-manifold except where voxels touch along an edge or at a corner only. Work and memory are those
 //! of the surface, and no grid is made. Source: specification (A11, "mesh").
 
-use super::Network;
+use super::painted::Painted;
+use super::{Network, Stretch};
 use crate::mesh::Mesh;
+use crate::par;
+use crate::payload::Value;
 use crate::run::{Cancelled, Run};
 
 /// A corner of voxels, as x, y and z.
@@ -18,6 +21,8 @@ type Corner = [u32; 3];
 struct Strip {
     direction: u8,
     plane: u32,
+    /// Faces of one strip are of one class.
+    class: u32,
     start: u32,
     end: u32,
     /// From line to line along the other axis.
@@ -29,8 +34,39 @@ const AXES: [[usize; 2]; 3] = [[1, 2], [0, 2], [0, 1]];
 
 /// The boundary in world coordinates.
 pub fn boundary(network: &Network, run: &Run) -> Result<Mesh, Cancelled> {
+    Ok(classed(network, None, run)?.0)
+}
+
+impl Painted {
+    /// The boundary in world coordinates, its faces coloured and labelled by the nodes that they are of.
+    pub fn boundary(&self, run: &Run) -> Result<Mesh, Cancelled> {
+        let values = self.payload().values();
+        let mut all = values.to_vec();
+        par::sort(&mut all);
+        all.dedup();
+        let class = |v: &Value| all.binary_search(v).map_or(0, |at| at as u32);
+        let classes: Vec<u32> = values.iter().map(class).collect();
+        let (mut mesh, faces) = classed(self.network(), Some(&classes), run)?;
+        let of = |&class: &u32| all[class as usize];
+        let kinds = self.payload().kinds();
+        mesh.attributes.face_labels =
+            kinds.labels.then(|| faces.iter().map(|c| of(c).label).collect());
+        mesh.attributes.face_colours =
+            kinds.colours.then(|| faces.iter().map(|c| of(c).colour).collect());
+        Ok(mesh)
+    }
+}
+
+/// The boundary, in which faces are joined where their nodes are of one class; and the class of each
+/// triangle.
+fn classed(
+    network: &Network,
+    classes: Option<&[u32]>,
+    run: &Run,
+) -> Result<(Mesh, Vec<u32>), Cancelled> {
     run.stage("boundary");
-    let rectangles = rectangles(strips(network));
+    let mut faces = Vec::new();
+    let rectangles = rectangles(strips(network, classes));
     run.check()?;
     let mut corners: Vec<Corner> = rectangles.iter().flat_map(Strip::corners).collect();
     corners.sort_unstable();
@@ -50,32 +86,47 @@ pub fn boundary(network: &Network, run: &Run) -> Result<Mesh, Cancelled> {
         clip(&corners, axes, &mut ring, |[a, b, c]| {
             let outwards = rectangle.is_outwards() != turned;
             mesh.triangles.push(if outwards { [a, b, c] } else { [a, c, b] });
+            faces.push(rectangle.class);
         });
     }
-    Ok(mesh)
+    Ok((mesh, faces))
 }
 
-/// Runs of exposed faces, joined along their lines.
-fn strips(network: &Network) -> Vec<Strip> {
+/// Runs of exposed faces of one class, joined along their lines.
+fn strips(network: &Network, classes: Option<&[u32]>) -> Vec<Strip> {
     let mut strips = Vec::new();
-    network.for_each_row(|[y, z], stretches| {
+    let mut next = 0;
+    let mut add = |[y, z]: [u32; 2], s: Stretch, class: u32| {
+        for direction in (0..6u8).filter(|d| s.mask >> d & 1 == 1) {
+            let (plane, line, [start, end]) = match direction / 2 {
+                // A stretch that is exposed along x is one voxel long.
+                0 => (s.start, z, [y, y + 1]),
+                1 => (y, z, [s.start, s.end]),
+                _ => (z, y, [s.start, s.end]),
+            };
+            strips.push(Strip { direction, plane, class, start, end, lines: [line, line + 1] });
+        }
+    };
+    network.for_each_row(|row, stretches| {
         for s in stretches {
-            for direction in (0..6u8).filter(|d| s.mask >> d & 1 == 1) {
-                let (plane, line, [start, end]) = match direction / 2 {
-                    // A stretch that is exposed along x is one voxel long.
-                    0 => (s.start, z, [y, y + 1]),
-                    1 => (y, z, [s.start, s.end]),
-                    _ => (z, y, [s.start, s.end]),
-                };
-                strips.push(Strip { direction, plane, start, end, lines: [line, line + 1] });
+            let Some(classes) = classes else {
+                add(row, *s, 0);
+                continue;
+            };
+            let own = &classes[next..][..(s.end - s.start) as usize];
+            next += own.len();
+            let mut start = s.start;
+            for part in own.chunk_by(|a, b| a == b) {
+                let end = start + part.len() as u32;
+                add(row, Stretch { start, end, mask: s.mask }, part[0]);
+                start = end;
             }
         }
     });
     strips.sort_unstable_by_key(|s| (s.direction, s.plane, s.lines, s.start));
     strips.dedup_by(|next, last| {
-        let same =
-            (next.direction, next.plane, next.lines) == (last.direction, last.plane, last.lines);
-        let goes_on = same && next.start == last.end;
+        let place = |s: &Strip| (s.direction, s.plane, s.lines, s.class);
+        let goes_on = place(next) == place(last) && next.start == last.end;
         if goes_on {
             last.end = next.end;
         }
@@ -88,7 +139,7 @@ fn strips(network: &Network) -> Vec<Strip> {
 fn rectangles(mut strips: Vec<Strip>) -> Vec<Strip> {
     strips.sort_unstable();
     strips.dedup_by(|next, last| {
-        let place = |s: &Strip| (s.direction, s.plane, s.start, s.end);
+        let place = |s: &Strip| (s.direction, s.plane, s.class, s.start, s.end);
         let goes_on = place(next) == place(last) && next.lines[0] == last.lines[1];
         if goes_on {
             last.lines[1] = next.lines[1];
