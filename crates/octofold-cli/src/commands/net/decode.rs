@@ -21,7 +21,7 @@ pub struct Args {
     /// Only these voxels: the first along x, y and z, and one past the last
     #[arg(long = "box", value_name = "X,Y,Z,X,Y,Z", value_parser = numbers::<6>)]
     part: Option<[f64; 6]>,
-    /// With a mesh: the faces of the voxels as they are, joined to rectangles
+    /// With a mesh: the faces of the voxels as they are, joined to polygons
     #[arg(long)]
     exact: bool,
     /// With a volume: the labels that surface voxels carry, and inside that of the voxel before
@@ -31,8 +31,8 @@ pub struct Args {
 
 const AFTER_HELP: &str = "\
 Of a file in bricks only those that the box touches are read. A mesh is that of `octofold surface`, or with
---exact the boundary of the voxels: closed, of exactly their volume, in no more memory than the surface
-takes; edges at which only two voxels touch have four faces. Colours and labels that the file carries
+--exact the boundary of the voxels: closed, 2-manifold and of exactly their volume, in no more memory than
+the surface takes; voxels that only touch are parted, by points at the same place. Colours and labels that the file carries
 go to meshes and to .vox (of 255 colours at most) by themselves, and labels to other volumes with
 --labels.
 

@@ -5,8 +5,8 @@
 //! often has what most of these have, the nearer counting for more: whether it does is one decision, and
 //! so for the next of them; what none of them has is named out of a palette. Where colours are many, each
 //! channel is predicted from the neighbours (green first, the others with what green was off), and
-//! the difference coded by how much the neighbours differ. The smaller of the two is taken for a whole
-//! column, so that its parts can be coded alone. Source: specification (D3.7); the prediction from
+//! the difference coded by how much the neighbours differ, be it at once or only where none of the
+//! neighbours has it. The smallest of these is taken for a whole column, so that its parts can be coded alone. Source: specification (D3.7); the prediction from
 //! three neighbours: Weinberger, Seroussi and Sapiro, "LOCO-I", 1996.
 
 use super::CodeError;
@@ -34,6 +34,8 @@ pub enum Scheme {
     Wide,
     /// As four channels, by their differences from what is predicted.
     Channels,
+    /// As what neighbours have, and where none has it as four channels.
+    Near,
 }
 
 /// The neighbours that come before each node of some nodes, one node after the other.
@@ -131,7 +133,8 @@ impl Scheme {
             return few;
         }
         let length = |scheme: &Self| scheme.head().len() + scheme.encode(nodes, column).len();
-        if length(&few) <= length(&Self::Channels) { few } else { Self::Channels }
+        let all = [few, Self::Near, Self::Channels];
+        all.into_iter().min_by_key(length).unwrap_or(Self::Channels)
     }
 
     /// The scheme as bytes.
@@ -216,6 +219,9 @@ fn scheme(coder: &mut impl Coder, told: Option<&Scheme>, values: u64) -> Result<
     if coder.code(EVEN, matches!(told, Some(Scheme::Channels))) {
         return Ok(Scheme::Channels);
     }
+    if coder.code(EVEN, matches!(told, Some(Scheme::Near))) {
+        return Ok(Scheme::Near);
+    }
     if coder.code(EVEN, matches!(told, Some(Scheme::Wide))) {
         return Ok(Scheme::Wide);
     }
@@ -294,7 +300,8 @@ impl Halves {
 enum Rest {
     /// One of a palette, whose place is a path through a tree.
     Tree(Vec<u32>, Vec<Chance>),
-    Wide(Halves),
+    Wide(Box<Halves>),
+    Channels(Box<Channels>),
 }
 
 /// Chances of few values.
@@ -317,7 +324,8 @@ impl Few {
                 let leaves = entries.len().next_power_of_two();
                 Rest::Tree(entries.clone(), vec![Chance::EVEN; leaves])
             }
-            _ => Rest::Wide(Halves::default()),
+            Scheme::Wide => Rest::Wide(Box::default()),
+            _ => Rest::Channels(Box::default()),
         };
         Self { hits: [[[Chance::EVEN; 9]; 2]; Self::ASKED], again: Chance::EVEN, rest }
     }
@@ -341,7 +349,7 @@ impl Few {
             {
                 return last;
             }
-            return self.rest(coder, told);
+            return self.rest(coder, before, values, told);
         }
         votes[..count].sort_unstable_by(|a, b| b.cmp(a));
         for (asked, &(weight, value)) in votes[..count].iter().take(Self::ASKED).enumerate() {
@@ -351,11 +359,12 @@ impl Few {
                 return value;
             }
         }
-        self.rest(coder, told)
+        self.rest(coder, before, values, told)
     }
 
-    fn rest(&mut self, coder: &mut impl Coder, told: u32) -> u32 {
+    fn rest(&mut self, coder: &mut impl Coder, before: &Before, values: &[u32], told: u32) -> u32 {
         match &mut self.rest {
+            Rest::Channels(channels) => channels.code(coder, before, values, told),
             Rest::Wide(halves) => halves.code(coder, told),
             Rest::Tree(entries, chances) => {
                 let place = entries.binary_search(&told).unwrap_or(0);
@@ -491,7 +500,7 @@ mod tests {
             };
             let column: Vec<u32> = (0..nodes.len()).map(value).collect();
             let mut schemes = vec![Scheme::of(&nodes, &column, channels), Scheme::Wide];
-            schemes.push(Scheme::Channels);
+            schemes.extend([Scheme::Channels, Scheme::Near]);
             for scheme in schemes {
                 let bytes = scheme.encode_whole(&nodes, &column);
                 prop_assert_eq!(&Scheme::decode_whole(&nodes, &bytes).unwrap(), &column);
