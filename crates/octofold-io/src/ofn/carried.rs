@@ -22,7 +22,7 @@ use octofold::{Run, Volume};
 use std::ops::Range;
 
 /// Nodes of a solid with a payload, at most.
-pub(super) const MOST_NODES: u64 = 1 << 27;
+pub(super) const MOST_NODES: u64 = 1 << 26;
 
 /// Where the payload of a file is.
 #[derive(Debug)]
