@@ -446,7 +446,23 @@ mod tests {
             let bytes = written(&ball(6, KINDS[2]), layout);
             bytes.iter().map(|b| format!("{b:02x}")).collect()
         };
-        let pinned = ["", "", ""];
+        let pinned = [
+            concat!(
+                "4f464e020003090606190c1a1d02d23dc89290fd2500f19bcee6d23766dfb0aef9e3a0085850",
+                "2be952915fe693cd47e277b8ba1f1437259a6f2d7001df09ac113a39faff37138a38f4299811",
+                "b633a5820e75bff96c5285fdd9c55a79",
+            ),
+            concat!(
+                "4f464e020103090606190e1a1d02d228e817d721cacc941f2f2240328202eddfb0aef9e3a008",
+                "58502be952915fe693cd47e277b8ba1f1437259a6f2d7001df09ac113a39faff37138a38f429",
+                "9811b633a5820e75bff96c5285fdd9c55a79",
+            ),
+            concat!(
+                "4f464e0202030906061902c3c00fe3a00858502be952915fe69283e3802ccdd690672c040509",
+                "4308ba5d8bb30508620fa7e560bf203f2d8b31de3cf8910a8f207fa29dfa0d4d70b3025f3e22",
+                "7473f67e6e26bbd56306fee79c33c608f50baf8fabcadb864a2bd8a0",
+            ),
+        ];
         assert_eq!(LAYOUTS.map(hex), pinned);
     }
 
