@@ -6,12 +6,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What everything may import: context, columns and arithmetic.
-const FREE: [&str; 13] = [
+const FREE: [&str; 14] = [
     "attributes",
     "exact",
     "image",
     "light",
     "par",
+    "payload",
     "quadric",
     "radix",
     "random",
@@ -23,16 +24,16 @@ const FREE: [&str; 13] = [
 ];
 
 /// What each module may import beside [`FREE`]; ARCHITECTURE.md explains the table.
-const TABLE: [(&str, &[&str]); 25] = [
+const TABLE: [(&str, &[&str]); 26] = [
     ("bits", &["volume"]),
     ("craft", &["measure", "mesh", "pipeline", "repair", "simplify", "unfold", "voxelize"]),
     ("histogram", &["volume"]),
     ("lattice", &["volume"]),
     ("lib", ALL),
-    ("lod", &["lattice", "measure", "mesh", "octree", "surface", "volume", "voxelize"]),
+    ("lod", &["lattice", "measure", "mesh", "octree", "surface", "tint", "volume", "voxelize"]),
     ("measure", &["mesh"]),
     ("mesh", &["soup"]),
-    ("network", &["mesh", "rows", "spans", "volume"]),
+    ("network", &["measure", "mesh", "rows", "spans", "tint", "volume"]),
     ("octree", &["bits", "lattice", "mesh", "volume", "voxelize"]),
     ("picture", &["measure", "mesh", "volume"]),
     ("pipeline", ALL),
@@ -62,6 +63,7 @@ const TABLE: [(&str, &[&str]); 25] = [
     ("soup", &["mesh", "polygon"]),
     ("spans", &["rows", "volume"]),
     ("surface", &["bits", "histogram", "measure", "mesh", "octree", "spans", "volume"]),
+    ("tint", &["mesh"]),
     ("unfold", &["measure", "mesh"]),
     ("volume", &[]),
     ("voxelize", &["lattice", "measure", "mesh", "octree", "spans", "volume"]),

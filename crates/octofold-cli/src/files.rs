@@ -2,6 +2,8 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use octofold::network::code::Mode;
+use octofold::network::painted::Painted;
+use octofold::network::palette::Labelled;
 use octofold::pipeline::{Shape, SolidOptions};
 use octofold::spans::Spans;
 use octofold::volume::ScalarType;
@@ -9,6 +11,7 @@ use octofold::{Kind, Run, Soup, Volume};
 use octofold_io::raw::RawLayout;
 use octofold_io::{Format, Source, WriteError, ofn};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Writes the bytes of a whole file, or nothing.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
@@ -188,19 +191,21 @@ impl Opened {
         })
     }
 
-    /// Reads a solid; a mesh is refused.
-    pub fn read_solid(&self, run: &Run) -> Result<Spans> {
+    /// Reads a volume that stands for a solid; a mesh is refused.
+    pub fn read_volume(&self, run: &Run) -> Result<Arc<dyn Volume>> {
         match self.read(run)? {
-            Shape::Volume(volume) => {
-                let options = SolidOptions::default();
-                let solid = octofold::pipeline::solid(volume.as_ref(), &options, run);
-                Ok(solid.with_context(|| self.source.path.display().to_string())?)
-            }
+            Shape::Volume(volume) => Ok(volume),
             Shape::Soup(_) => bail!(
                 "{}: this is a mesh, and a solid is asked for: `octofold net encode` makes one",
                 self.source.path.display()
             ),
         }
+    }
+
+    /// The solid of a volume that was read from here.
+    pub fn solid(&self, volume: &dyn Volume, run: &Run) -> Result<Spans> {
+        let solid = octofold::pipeline::solid(volume, &SolidOptions::default(), run);
+        solid.with_context(|| self.source.path.display().to_string())
     }
 
     /// Reads polygons; a volume is refused.
@@ -284,9 +289,18 @@ impl Output {
         if self.format == Format::Ofn {
             return Ok(octofold_io::write_solid(volume, &self.path, self.layout, run)?);
         }
+        if self.format == Format::Vox
+            && let Some(painted) = Painted::of(volume, run)?
+        {
+            let coloured = Labelled::by_colour(&painted, VOX_COLOURS);
+            return Ok(octofold_io::write_volume(&coloured, &self.path, Some(self.format), run)?);
+        }
         Ok(octofold_io::write_volume(volume, &self.path, Some(self.format), run)?)
     }
 }
+
+/// Colours of a .vox file, at most.
+const VOX_COLOURS: usize = 255;
 
 /// All formats in one phrase.
 fn formats() -> String {

@@ -4,8 +4,9 @@
 //!
 //! | bytes | what |
 //! | --- | --- |
-//! | 4 | `OFN` and the version, 1 |
+//! | 4 | `OFN` and the version: 1, or 2 with a payload |
 //! | 1 | flags: 1 archive mode, 2 bricks, 4 as many voxels along every axis, 8 a placement follows, 16 whose voxels are upright cubes; the upper three bits are the unit |
+//! | 0 or 1 | version 2: flags of the payload |
 //! | 1 or 3 counts | voxels along x, y and z |
 //! | 0, 32 or 96 | the placement: side and origin of upright cubes, or axes and origin |
 //! | count | runs of voxels along x |
@@ -13,14 +14,20 @@
 //! A stream takes the rest of the file but four bytes, which are the CRC-32C of all before them. With
 //! bricks there follow the length of their index, the index and the CRC-32C of all so far; then each
 //! brick's stream with its own CRC-32C before it. What the streams hold is told in
-//! [`octofold::network::code`].
+//! [`octofold::network::code`], how labels and colours stand behind them in `carried`. Files without these
+//! are of version 1.
+
+mod carried;
 
 use crate::slabs::lost;
 use crate::source::Bytes;
 use crate::{At, ReadError, Sink, Source, WriteError, mapped::sound_placement};
-use octofold::network::MOST_VOXELS;
+use carried::{Carried, MOST_NODES};
 use octofold::network::code::bricks::{self, Bricks, Content};
 use octofold::network::code::{CodeError, MOST_RUNS, Mode, Reader, SLAB, Writer};
+use octofold::network::painted::{PaintError, Painted};
+use octofold::network::{MOST_VOXELS, NetworkError};
+use octofold::payload::Kinds;
 use octofold::spans::Spans;
 use octofold::volume::Region;
 use octofold::{LengthUnit, Placement, Run, Volume};
@@ -29,6 +36,9 @@ const FORMAT: &str = "ofn";
 
 /// The name and version that a file begins with.
 pub(crate) const MAGIC: &[u8] = b"OFN\x01";
+
+/// The same of a file with a payload.
+const MAGIC_CARRIED: &[u8] = b"OFN\x02";
 
 const ARCHIVE: u8 = 1;
 const BRICKS: u8 = 2;
@@ -61,6 +71,9 @@ pub struct Layout {
 /// Reads the solid.
 pub fn read(source: &Source, run: &Run) -> Result<Box<dyn Volume>, ReadError> {
     let file = File::open(source, run)?;
+    if let Some(painted) = file.painted(run)? {
+        return Ok(Box::new(painted));
+    }
     Ok(Box::new(file.solid(run)?))
 }
 
@@ -85,20 +98,50 @@ pub fn write_as(
         let fact = format!("{voxels} voxels along an axis; {MOST_VOXELS} are the most");
         return Err(WriteError::Unfit { format: FORMAT, fact });
     }
+    let painted = Painted::of(volume, run).map_err(unpainted)?;
+    let painted = painted.filter(|p| !p.payload().kinds().is_none());
+    if let Some(count) = painted.as_ref().map(|p| p.network().count()).filter(|&n| n > MOST_NODES) {
+        let fact = format!("{count} surface voxels carry something; {MOST_NODES} are the most");
+        return Err(WriteError::Unfit { format: FORMAT, fact });
+    }
+    let kinds = painted.as_ref().map(|p| p.payload().kinds()).unwrap_or_default();
     let bytes = if layout.bricks {
         let solid = Spans::at_least(volume, 0.5, run)?;
         run.stage("encode");
         let (bricks, streams) = bricks::encode(&solid, run)?;
         let mut runs = 0;
         solid.for_each_row(|_, row| runs += row.len() as u64);
-        let mut out = header(&solid, layout, runs);
-        let index = bricks.to_bytes();
-        put_count(&mut out, index.len() as u64);
-        out.extend(index);
+        let mut out = header(&solid, layout, kinds, runs);
+        let mut put_index = |index: Vec<u8>| {
+            put_count(&mut out, index.len() as u64);
+            out.extend(index);
+        };
+        put_index(bricks.to_bytes());
+        let carried = painted.as_ref().map(carried::bricks);
+        let parts = carried.map(|(index, parts)| {
+            put_index(index);
+            parts
+        });
         put_sum(&mut out);
-        for stream in streams {
+        for stream in streams.into_iter().chain(parts.into_iter().flatten()) {
             out.extend(crc32c(&stream).to_le_bytes());
             out.extend(stream);
+        }
+        out
+    } else if let Some(painted) = &painted {
+        run.stage("encode");
+        let mut writer = Writer::new([dims[0], dims[1]], layout.mode);
+        writer.push(painted.solid(), run)?;
+        let (stream, runs) = writer.finish();
+        let mut out = header(painted.solid(), layout, kinds, runs);
+        let columns = carried::streams(painted);
+        put_count(&mut out, stream.len() as u64);
+        columns.iter().for_each(|column| put_count(&mut out, column.len() as u64));
+        out.extend(stream);
+        put_sum(&mut out);
+        for column in columns.iter().filter(|c| !c.is_empty()) {
+            out.extend(crc32c(column).to_le_bytes());
+            out.extend(column);
         }
         out
     } else {
@@ -112,6 +155,14 @@ pub fn write_as(
         writer.finish()
     };
     sink.out.write_all(&bytes).map_err(lost)
+}
+
+fn unpainted(error: PaintError) -> WriteError {
+    match error {
+        PaintError::Volume(error) => error.into(),
+        PaintError::Network(NetworkError::Cancelled(cancelled)) => cancelled.into(),
+        PaintError::Network(error) => WriteError::Unfit { format: FORMAT, fact: error.to_string() },
+    }
 }
 
 /// Writes a solid as one stream, slab after slab, without ever holding all of it.
@@ -139,7 +190,7 @@ impl SolidWriter {
     /// The whole file.
     pub fn finish(self) -> Vec<u8> {
         let (stream, runs) = self.writer.finish();
-        let mut out = header(&self.frame, self.layout, runs);
+        let mut out = header(&self.frame, self.layout, Kinds::default(), runs);
         out.extend(stream);
         put_sum(&mut out);
         out
@@ -147,14 +198,14 @@ impl SolidWriter {
 }
 
 /// The bytes before a stream or an index.
-fn header(solid: &Spans, layout: Layout, runs: u64) -> Vec<u8> {
+fn header(solid: &Spans, layout: Layout, kinds: Kinds, runs: u64) -> Vec<u8> {
     let (dims, placement) = (solid.dims(), solid.placement);
     let plain = Placement { unit: placement.unit, ..Placement::default() };
     let side = placement.axes[0][0];
     let upright = placement.axes == Placement::spacing([side; 3]).axes;
     let unit = placement.unit.and_then(|unit| UNITS.iter().position(|u| *u == unit));
     let flag = |set, flag| if set { flag } else { 0 };
-    let mut out = MAGIC.to_vec();
+    let mut out = if kinds.is_none() { MAGIC } else { MAGIC_CARRIED }.to_vec();
     out.push(
         flag(layout.mode == Mode::Archive && !layout.bricks, ARCHIVE)
             | flag(layout.bricks, BRICKS)
@@ -163,6 +214,9 @@ fn header(solid: &Spans, layout: Layout, runs: u64) -> Vec<u8> {
             | flag(placement != plain && upright, UPRIGHT)
             | unit.map_or(0, |unit| (unit as u8 + 1) << 5),
     );
+    if !kinds.is_none() {
+        out.push(carried::flags(kinds));
+    }
     let told = if dims == [dims[0]; 3] { &dims[..1] } else { &dims[..] };
     told.iter().for_each(|&n| put_count(&mut out, n as u64));
     if placement != plain {
@@ -195,6 +249,7 @@ pub struct File {
     mode: Mode,
     runs: u64,
     body: Body,
+    carried: Option<Carried>,
 }
 
 /// Where the solid is.
@@ -210,15 +265,20 @@ impl File {
     pub fn open(source: &Source, run: &Run) -> Result<Self, ReadError> {
         let bytes = source.bytes.clone();
         let mut head = Head { bytes: &bytes, next: 0 };
-        match head.take(4)? {
-            MAGIC => {}
+        let carries = match head.take(4)? {
+            MAGIC => false,
+            MAGIC_CARRIED => true,
             [b'O', b'F', b'N', version] => {
                 let fact = format!("version {version} of the format is not known here");
                 return Err(ReadError::unsupported(FORMAT, fact));
             }
             _ => return Err(head.wrong("the file does not begin with OFN")),
-        }
+        };
         let flags = head.take(1)?[0];
+        let kinds = if carries { carried::kinds(head.take(1)?[0]) } else { None };
+        if carries && kinds.is_none() {
+            return Err(head.wrong("no such payload"));
+        }
         let mut dims = [head.dim()?; 3];
         if flags & CUBE == 0 {
             dims = [dims[0], head.dim()?, head.dim()?];
@@ -238,9 +298,15 @@ impl File {
             return Err(ReadError::unsupported(FORMAT, fact));
         }
         let mode = if flags & ARCHIVE != 0 { Mode::Archive } else { Mode::Fast };
+        let mut carried = None;
         let body = if flags & BRICKS != 0 {
-            let length = head.count()?;
-            let index = head.take(usize::try_from(length).unwrap_or(usize::MAX))?;
+            let mut next_index = || {
+                let length = head.count()?;
+                head.take(usize::try_from(length).unwrap_or(usize::MAX))
+            };
+            let index = next_index()?;
+            let of_payload = kinds.map(|kinds| Ok::<_, ReadError>((kinds, next_index()?)));
+            let of_payload = of_payload.transpose()?;
             let end = head.next;
             head.sum(0..end, end)?;
             let rest = bytes.len() - end - SUM;
@@ -251,18 +317,31 @@ impl File {
                 start += SUM + length as usize;
                 own
             });
-            let starts = starts.collect();
-            if start != bytes.len() {
+            let starts: Vec<usize> = starts.collect();
+            if let Some((kinds, index)) = of_payload {
+                let end = bytes.len();
+                carried = Some(Carried::in_bricks(kinds, dims, index, start, end)?);
+            } else if start != bytes.len() {
                 let fact = format!("the bricks end at byte {start}, the file at {}", bytes.len());
                 return Err(ReadError::malformed(FORMAT, At::File, fact));
             }
             Body::Bricks(index, starts)
+        } else if let Some(kinds) = kinds {
+            let length = head.count()?;
+            let told = carried::columns_of(kinds).map(|_| head.count());
+            let told = told.collect::<Result<Vec<_>, _>>()?;
+            let start = head.next;
+            head.take(usize::try_from(length).unwrap_or(usize::MAX))?;
+            let end = head.next;
+            head.take(SUM)?;
+            carried = Some(Carried::in_streams(kinds, &told, head.next, bytes.len())?);
+            Body::Stream(start..end)
         } else {
             let end = bytes.len().checked_sub(SUM).filter(|&end| end >= head.next);
             let Some(end) = end else { return Err(head.wrong("the file is cut off")) };
             Body::Stream(head.next..end)
         };
-        Ok(Self { bytes, dims, placement, mode, runs, body })
+        Ok(Self { bytes, dims, placement, mode, runs, body, carried })
     }
 
     /// Voxels along x, y and z.
@@ -698,7 +777,7 @@ mod tests {
         };
         let head = |flags: u8, rest: &[u8]| summed([MAGIC, &[flags], rest].concat());
         for (bytes, says) in [
-            (b"OFN\x02....".to_vec(), "version 2"),
+            (b"OFN\x03....".to_vec(), "version 3"),
             (b"VOX ".to_vec(), "does not begin"),
             (head(CUBE, &[0]), "no voxels"),
             (head(CUBE, &[0x81, 0x80, 0x04]), "65537 voxels"),

@@ -33,9 +33,9 @@ mod sums;
 #[cfg(test)]
 mod tests;
 mod tiling;
-mod tint;
 mod tree;
 
+pub use crate::tint::Images;
 pub use build::{BuildOptions, VertexRule, build, build_painted, build_volume, build_with_cubes};
 pub use column::Column;
 pub use cubes::Cubes;
@@ -46,7 +46,6 @@ pub use patches::{Mode, Patch, Patches, Patchwork, patches};
 pub use settled::{Settled, misses, settled};
 pub use stitching::{Gaps, Marched, Marching, Seams};
 pub use tiling::{Content, Tile, Tiling};
-pub use tint::Images;
 pub use tree::{Crossed, Lod, Node, Parts, Traits};
 
 use crate::lattice::LatticeError;

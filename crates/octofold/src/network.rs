@@ -11,6 +11,8 @@
 //! - [`boundary`](mod@boundary): the faces of its voxels as a mesh.
 //! - [`compress`]: the two steps of compression, by planes and by ridges, and back. [`census`]: data
 //!   beside the octree's.
+//! - [`painted`]: solids whose nodes carry labels or colours; [`paint`]: where these come from;
+//!   [`carry`]: what becomes of them; [`palette`]: as few as a format can hold.
 //! - [`code`]: solids as bytes.
 //!
 //! Source: Fujimura, Kobori and Kutsuwa, "Shape compression of spatial partitioning models using
@@ -19,6 +21,7 @@
 pub mod ball;
 pub mod boundary;
 mod bricks;
+pub mod carry;
 pub mod census;
 pub mod code;
 pub mod combine;
@@ -26,8 +29,12 @@ pub mod compress;
 pub mod frame;
 pub mod links;
 pub mod motion;
+mod nearest;
 mod numbered;
 mod oblique;
+pub mod paint;
+pub mod painted;
+pub mod palette;
 pub mod patches;
 mod planes;
 mod ridges;

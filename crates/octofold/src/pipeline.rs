@@ -6,7 +6,9 @@
 use crate::histogram::Histogram;
 use crate::network::ball::{self, Ball, BallError};
 use crate::network::boundary::boundary;
+use crate::network::carry;
 use crate::network::motion::{self, Motion, MotionError};
+use crate::network::painted::{PaintError, Painted};
 use crate::network::{Network, NetworkError};
 use crate::repair::{self, RepairAccount, RepairError, RepairOptions, SheetOptions};
 use crate::run::{Cancelled, Finding, Run};
@@ -233,6 +235,9 @@ pub enum StepError {
     /// The volume could not be read.
     #[error(transparent)]
     Volume(#[from] VolumeError),
+    /// What the surface carries could not be read.
+    #[error(transparent)]
+    Paint(#[from] PaintError),
     /// The work was interrupted.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -300,28 +305,45 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
             }
             (Step::Surface(options), Shape::Volume(volume)) => {
                 let options = with_iso(volume.as_ref(), options, run)?;
-                let surface::Surface { mesh, account: told } =
+                let surface::Surface { mut mesh, account: told } =
                     surface::surface(volume.as_ref(), &options, run)?;
                 account = told;
+                if let Some(painted) = Painted::of(volume.as_ref(), run)? {
+                    painted.dress(&mut mesh, run)?;
+                }
                 if mesh.triangles.is_empty() {
                     run.finding(empty_surface(&options));
                 }
                 Shape::Soup(mesh.into())
             }
+            // What is inside is known already, and its surface carries something.
+            (Step::Solid(_), shape @ Shape::Volume(_)) if carries(&shape) => shape,
             (Step::Solid(options), Shape::Volume(volume)) => {
                 Shape::Volume(Arc::new(solid(volume.as_ref(), options, run)?))
             }
             (Step::Move(motion), Shape::Volume(volume)) => {
-                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
-                Shape::Volume(Arc::new(motion::transformed(&solid, motion, run)?))
+                if let Some(painted) = Painted::of(volume.as_ref(), run)? {
+                    Shape::Volume(Arc::new(carry::transformed_painted(&painted, motion, run)?))
+                } else {
+                    let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                    Shape::Volume(Arc::new(motion::transformed(&solid, motion, run)?))
+                }
             }
             (Step::Ball(options), Shape::Volume(volume)) => {
-                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
-                Shape::Volume(Arc::new(ball::balled(&solid, options.ball, run)?))
+                if let Some(painted) = Painted::of(volume.as_ref(), run)? {
+                    Shape::Volume(Arc::new(carry::balled_painted(&painted, options.ball, run)?))
+                } else {
+                    let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                    Shape::Volume(Arc::new(ball::balled(&solid, options.ball, run)?))
+                }
             }
             (Step::Boundary, Shape::Volume(volume)) => {
-                let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
-                let mesh = boundary(&Network::new(&solid, run)?, run)?;
+                let mesh = if let Some(painted) = Painted::of(volume.as_ref(), run)? {
+                    painted.boundary(run)?
+                } else {
+                    let solid = solid(volume.as_ref(), &SolidOptions::default(), run)?;
+                    boundary(&Network::new(&solid, run)?, run)?
+                };
                 Shape::Soup(mesh.into())
             }
             (Step::Repair(options), Shape::Soup(soup)) => {
@@ -374,6 +396,11 @@ pub fn pipeline(shape: Shape, steps: &[Step], run: &Run) -> Result<Made, StepErr
         simplify: simplified,
         flatten: flattened,
     })
+}
+
+/// Whether the surface voxels of a volume carry something.
+fn carries(shape: &Shape) -> bool {
+    matches!(shape, Shape::Volume(volume) if volume.payload().is_some())
 }
 
 /// What of a volume is inside.

@@ -252,6 +252,12 @@ pub struct NetworkFacts {
     pub bits_per_surface_voxel: Option<f64>,
     /// Bits for each exposed face.
     pub bits_per_face: Option<f64>,
+    /// Bytes of the labels that surface voxels carry, of those of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub label_bytes: Option<u64>,
+    /// Bytes of their colours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour_bytes: Option<u64>,
     /// Runs of voxels along x.
     pub runs: u64,
     /// Voxels, and data of the network and of the octree.

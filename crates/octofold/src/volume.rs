@@ -6,6 +6,7 @@
 //! [`Block`] in the volume's own scalar type, borrowed where the samples lie in memory already.
 
 use crate::attributes::LengthUnit;
+use crate::payload::Payload;
 use crate::run::Cancelled;
 use std::borrow::Cow;
 
@@ -189,6 +190,12 @@ pub trait Scalar: Copy + PartialOrd + PartialEq + Send + Sync + Default + bytemu
     /// The value rounded towards zero and clamped to the type's range; 0 for what is no number,
     /// where the type is whole.
     fn from_f64(value: f64) -> Self;
+    /// The value as a label: a whole number from 0 on, and 0 for any other.
+    fn to_label(self) -> u32 {
+        let value = self.to_f64();
+        let whole = value as u32;
+        if f64::from(whole) == value { whole } else { 0 }
+    }
     /// Wraps samples of this type.
     fn block(samples: Cow<'_, [Self]>) -> Block<'_>;
 }
@@ -291,6 +298,11 @@ pub trait Volume: Send + Sync {
     fn labels(&self) -> &[Label] {
         &[]
     }
+
+    /// What the surface voxels of a binary volume carry, where they do.
+    fn payload(&self) -> Option<&Payload> {
+        None
+    }
 }
 
 /// One entry of a lookup table beside a label volume.
@@ -302,6 +314,20 @@ pub struct Label {
     pub name: String,
     /// sRGB with straight alpha.
     pub colour: [u8; 4],
+}
+
+impl Label {
+    /// A colour for a label without one: hues a golden angle apart.
+    pub fn plain_colour(label: u32) -> [u8; 4] {
+        let turn = f64::from(label) * 0.381_966_011_250_105;
+        let hue = 6.0 * (turn - turn.floor());
+        let channel = |shift: f64| {
+            let h = (hue + shift) % 6.0;
+            let ramp = (h.min(4.0 - h)).clamp(0.0, 1.0);
+            (80.0 + 160.0 * ramp) as u8
+        };
+        [channel(2.0), channel(0.0), channel(4.0), 255]
+    }
 }
 
 /// A volume whose samples all lie in memory.

@@ -5,13 +5,13 @@
 //! the edge. All octants round an edge then see the same crossings: flags of neighbours never differ.
 //! Source: specification of LOD, A.9 no. 1 and 2.
 
-use super::tint::Tint;
 use crate::lattice::Lattice;
 use crate::octree::key::morton;
 use crate::par;
 use crate::radix::{self, Equal, Tagged};
 use crate::run::{Cancelled, Run};
 use crate::scan::{self, Facet, Lines};
+use crate::tint::Tint;
 use crate::voxelize;
 use glam::{DVec3, I64Vec3, Vec3, Vec4};
 

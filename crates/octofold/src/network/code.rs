@@ -13,6 +13,7 @@ mod logistic;
 mod mixer;
 mod mixture;
 mod neighbourhood;
+pub mod payload;
 mod prior;
 mod regression;
 #[cfg(test)]

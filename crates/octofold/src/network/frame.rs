@@ -85,46 +85,98 @@ pub fn framed(
     solids: Vec<Spans>,
     run: &Run,
 ) -> Result<Vec<Spans>, FrameError> {
-    let Some(first) = solids.first() else { return Ok(solids) };
-    if solids.iter().all(|s| s.dims() == first.dims() && s.placement == first.placement) {
-        return Ok(solids);
-    }
-    let fits: Vec<Fit> = solids.iter().map(|solid| Fit::new(first, solid)).collect();
-    let mut start = [0; 3];
-    let mut end = first.dims().map(|n| n as i64);
-    if matches!(operation, Operation::Union | Operation::SymmetricDifference) {
-        for [low, high] in solids.iter().zip(&fits).filter_map(|(solid, fit)| fit.extent(solid)) {
-            start = [0, 1, 2].map(|a| start[a].min(low[a]));
-            end = [0, 1, 2].map(|a| end[a].max(high[a]));
+    let all: Vec<&Spans> = solids.iter().collect();
+    let Some(frame) = Frame::new(operation, &all)? else { return Ok(solids) };
+    let bring = |(number, solid)| Ok(frame.bring(solid, number, run)?.0);
+    let brought = solids.iter().enumerate().map(bring).collect::<Result<_, FrameError>>()?;
+    frame.tell(run);
+    Ok(brought)
+}
+
+/// One grid for several solids.
+pub(super) struct Frame {
+    start: [i64; 3],
+    dims: [usize; 3],
+    placement: Placement,
+    fits: Vec<Fit>,
+}
+
+/// Where the voxels of a solid that was brought into a grid come from.
+pub(super) enum Back {
+    Whole([f64; 3]),
+    Any(Preimage),
+}
+
+impl Back {
+    /// The place in voxels of the solid as it was.
+    pub fn of(&self, at: [u32; 3]) -> [f64; 3] {
+        match self {
+            Self::Whole(by) => std::array::from_fn(|a| f64::from(at[a]) + by[a]),
+            Self::Any(preimage) => preimage.place(at),
         }
     }
-    let size = [0, 1, 2].map(|a| end[a].abs_diff(start[a]));
-    if let Some(voxels) = size.into_iter().find(|&n| n > MOST_VOXELS as u64) {
-        return Err(FrameError::TooLong { voxels });
+}
+
+impl Frame {
+    /// The grid of the first, widened for what the operation may add to it; `None` where all have it.
+    pub fn new(operation: Operation, solids: &[&Spans]) -> Result<Option<Self>, FrameError> {
+        let Some(first) = solids.first() else { return Ok(None) };
+        if solids.iter().all(|s| s.dims() == first.dims() && s.placement == first.placement) {
+            return Ok(None);
+        }
+        let fits: Vec<Fit> = solids.iter().map(|solid| Fit::new(first, solid)).collect();
+        let mut start = [0; 3];
+        let mut end = first.dims().map(|n| n as i64);
+        if matches!(operation, Operation::Union | Operation::SymmetricDifference) {
+            let extents = solids.iter().zip(&fits).filter_map(|(solid, fit)| fit.extent(solid));
+            for [low, high] in extents {
+                start = [0, 1, 2].map(|a| start[a].min(low[a]));
+                end = [0, 1, 2].map(|a| end[a].max(high[a]));
+            }
+        }
+        let size = [0, 1, 2].map(|a| end[a].abs_diff(start[a]));
+        if let Some(voxels) = size.into_iter().find(|&n| n > MOST_VOXELS as u64) {
+            return Err(FrameError::TooLong { voxels });
+        }
+        let mut placement = first.placement;
+        placement.origin = first.placement.place(start.map(|i| i as f64));
+        Ok(Some(Self { start, dims: size.map(|n| n as usize), placement, fits }))
     }
-    let dims = size.map(|n| n as usize);
-    let mut placement = first.placement;
-    placement.origin = first.placement.place(start.map(|i| i as f64));
-    let mut resampled = 0;
-    let bring = |(solid, fit): (&Spans, &Fit)| -> Result<Spans, FrameError> {
-        let mut own = match fit {
-            Fit::Whole(by) => solid.framed([0, 1, 2].map(|a| start[a] - by[a]), dims),
+
+    /// Brings the solid of this number, and tells where its voxels come from.
+    pub fn bring(
+        &self,
+        solid: &Spans,
+        number: usize,
+        run: &Run,
+    ) -> Result<(Spans, Back), FrameError> {
+        let (mut own, back) = match &self.fits[number] {
+            Fit::Whole(by) => {
+                let start = [0, 1, 2].map(|a| self.start[a] - by[a]);
+                let back = Back::Whole(start.map(|i| i as f64));
+                (solid.framed(start, self.dims), back)
+            }
             Fit::Any(linear, shift) => {
-                resampled += 1;
-                let shift = *shift - DVec3::from(start.map(|i| i as f64));
+                let shift = *shift - DVec3::from(self.start.map(|i| i as f64));
                 let preimage = Preimage::new(*linear, shift)?;
-                moved(&Network::new(solid, run)?, &preimage, dims, placement, run)?
+                let network = Network::new(solid, run)?;
+                let own = moved(&network, &preimage, self.dims, self.placement, run)?;
+                (own, Back::Any(preimage))
             }
         };
-        own.placement = placement;
-        Ok(own)
-    };
-    let brought = solids.iter().zip(&fits).map(bring).collect::<Result<Vec<_>, _>>()?;
-    if resampled > 0 {
-        let text = format!(
-            "{resampled} of the solids lie on other grids and were resampled to the voxels of the first"
-        );
-        run.finding(Finding::note("resampled", text).of(resampled));
+        own.placement = self.placement;
+        Ok((own, back))
     }
-    Ok(brought)
+
+    /// Tells how many solids were resampled.
+    pub fn tell(&self, run: &Run) {
+        let resampled = self.fits.iter().filter(|fit| matches!(fit, Fit::Any(..))).count() as u64;
+        if resampled > 0 {
+            let text = format!(
+                "{resampled} of the solids lie on other grids and were resampled to the voxels of \
+                 the first"
+            );
+            run.finding(Finding::note("resampled", text).of(resampled));
+        }
+    }
 }

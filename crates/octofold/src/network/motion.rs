@@ -41,6 +41,15 @@ pub enum MotionError {
     Cancelled(#[from] Cancelled),
 }
 
+impl From<NetworkError> for MotionError {
+    fn from(error: NetworkError) -> Self {
+        match error {
+            NetworkError::TooLong { .. } => Self::TooFar,
+            NetworkError::Cancelled(cancelled) => cancelled.into(),
+        }
+    }
+}
+
 /// Which voxel each voxel of the result comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Preimage {
@@ -83,6 +92,11 @@ impl Preimage {
         self.fixed(at).map(|x| x >> 32)
     }
 
+    /// The place in voxels that the centre of a voxel of the result comes from.
+    pub fn place(&self, at: [u32; 3]) -> [f64; 3] {
+        self.fixed(at).map(|x| x as f64 / ONE - 0.5)
+    }
+
     fn fixed(&self, at: [u32; 3]) -> [i64; 3] {
         std::array::from_fn(|a| {
             let steps = (0..3).map(|b| self.columns[b][a] * i64::from(at[b]));
@@ -115,41 +129,56 @@ pub struct Motion {
 /// Moves a solid in the world. The result's grid is as large as it must be and has the axes of the
 /// solid's, whole voxels away from it.
 pub fn transformed(solid: &Spans, motion: &Motion, run: &Run) -> Result<Spans, MotionError> {
-    let Some(extent) = solid.extent() else { return Ok(solid.clone()) };
-    let axes = DMat3::from_cols_array_2d(&solid.placement.axes);
-    let linear = axes.inverse() * DMat3::from_cols_array_2d(&motion.linear) * axes;
-    let middle = [0, 1, 2].map(|a| (extent.start[a] + extent.end[a] - 1) as f64 / 2.0);
-    let about = motion.about.unwrap_or_else(|| solid.placement.place(middle));
-    let about = axes.inverse() * (DVec3::from(about) - DVec3::from(solid.placement.origin));
-    // Where axes are turned by right angles this keeps whole steps whole.
-    let clean = |v: f64| if (v - v.round()).abs() < SNAP { v.round() } else { v };
-    let linear = DMat3::from_cols_array(&linear.to_cols_array().map(clean));
-    let shift = axes.inverse() * DVec3::from(motion.shift) + about - linear * about;
-    let shift = DVec3::from(shift.to_array().map(clean));
-    let corners = (0..8).map(|corner| {
-        let at = [0, 1, 2].map(|a| match corner >> a & 1 {
-            0 => extent.start[a] as f64 - 0.5,
-            _ => extent.end[a] as f64 - 0.5,
+    let Some(Moved { preimage, dims, placement }) = Moved::new(solid, motion)? else {
+        return Ok(solid.clone());
+    };
+    moved(&Network::new(solid, run)?, &preimage, dims, placement, run)
+}
+
+/// The grid of a moved solid, and where its voxels come from.
+pub(super) struct Moved {
+    pub preimage: Preimage,
+    pub dims: [usize; 3],
+    pub placement: Placement,
+}
+
+impl Moved {
+    /// Of a solid in the world; `None` where it is empty.
+    pub fn new(solid: &Spans, motion: &Motion) -> Result<Option<Self>, MotionError> {
+        let Some(extent) = solid.extent() else { return Ok(None) };
+        let axes = DMat3::from_cols_array_2d(&solid.placement.axes);
+        let linear = axes.inverse() * DMat3::from_cols_array_2d(&motion.linear) * axes;
+        let middle = [0, 1, 2].map(|a| (extent.start[a] + extent.end[a] - 1) as f64 / 2.0);
+        let about = motion.about.unwrap_or_else(|| solid.placement.place(middle));
+        let about = axes.inverse() * (DVec3::from(about) - DVec3::from(solid.placement.origin));
+        // Where axes are turned by right angles this keeps whole steps whole.
+        let clean = |v: f64| if (v - v.round()).abs() < SNAP { v.round() } else { v };
+        let linear = DMat3::from_cols_array(&linear.to_cols_array().map(clean));
+        let shift = axes.inverse() * DVec3::from(motion.shift) + about - linear * about;
+        let shift = DVec3::from(shift.to_array().map(clean));
+        let corners = (0..8).map(|corner| {
+            let at = [0, 1, 2].map(|a| match corner >> a & 1 {
+                0 => extent.start[a] as f64 - 0.5,
+                _ => extent.end[a] as f64 - 0.5,
+            });
+            linear * DVec3::from(at) + shift
         });
-        linear * DVec3::from(at) + shift
-    });
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = corners.fold(none, |(low, high), at| (low.min(at), high.max(at)));
-    let (low, high) = ((low - SNAP).ceil(), (high + SNAP).floor());
-    let size = high - low + 1.0;
-    if !size.is_finite() || size.max_element() > MOST_VOXELS as f64 || low.abs().max_element() > FAR
-    {
-        return Err(MotionError::TooFar);
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = corners.fold(none, |(low, high), at| (low.min(at), high.max(at)));
+        let (low, high) = ((low - SNAP).ceil(), (high + SNAP).floor());
+        let size = high - low + 1.0;
+        if !size.is_finite()
+            || size.max_element() > MOST_VOXELS as f64
+            || low.abs().max_element() > FAR
+        {
+            return Err(MotionError::TooFar);
+        }
+        let dims = size.to_array().map(|n| n.max(1.0) as usize);
+        let mut placement = solid.placement;
+        placement.origin = solid.placement.place(low.to_array());
+        let preimage = Preimage::new(linear, shift - low)?;
+        Ok(Some(Self { preimage, dims, placement }))
     }
-    let dims = size.to_array().map(|n| n.max(1.0) as usize);
-    let mut placement = solid.placement;
-    placement.origin = solid.placement.place(low.to_array());
-    let preimage = Preimage::new(linear, shift - low)?;
-    let network = Network::new(solid, run).map_err(|error| match error {
-        NetworkError::TooLong { .. } => MotionError::TooFar,
-        NetworkError::Cancelled(cancelled) => cancelled.into(),
-    })?;
-    moved(&network, &preimage, dims, placement, run)
 }
 
 /// Moves a solid into a grid of `dims` voxels; what leaves the grid is cut off.

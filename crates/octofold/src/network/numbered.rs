@@ -1,7 +1,7 @@
 //! Nodes by number, and numbers by place.
 
 use super::links::step;
-use super::{Direction, Network, Node};
+use super::{Direction, Network, Node, Stretch};
 
 /// The nodes of a network with their numbers.
 pub struct Numbered<'a> {
@@ -28,6 +28,12 @@ impl<'a> Numbered<'a> {
         let (first, row) = self.network.rows.row(y as usize, z as usize);
         let before = row.partition_point(|s| s.start <= x).checked_sub(1)?;
         (x < row[before].end).then(|| self.firsts[first + before] + x - row[before].start)
+    }
+
+    /// The stretches of a row, and the number of the first node.
+    pub fn row(&self, y: u32, z: u32) -> (u32, &[Stretch]) {
+        let (first, row) = self.network.rows.row(y as usize, z as usize);
+        (self.firsts.get(first).copied().unwrap_or(0), row)
     }
 
     /// Whether a voxel is in the solid.

@@ -20,7 +20,7 @@ use crate::attributes::Attributes;
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::Run;
-use crate::volume::{Block, Region, Scalar, Volume, VolumeError};
+use crate::volume::{Block, Label, Region, Scalar, Volume, VolumeError};
 use crate::with_samples;
 pub use complex::{LabelComplex, LabelMesh};
 use crossings::Lattice;
@@ -135,7 +135,7 @@ pub fn merge(meshes: Vec<LabelMesh>, volume: &dyn Volume) -> Result<Mesh, Volume
         let known = volume.labels().iter().find(|l| l.value == label);
         let name = known.map(|l| l.name.as_str()).filter(|n| !n.is_empty());
         label_names.push((label, name.map_or_else(|| format!("label {label}"), str::to_owned)));
-        let colour = known.map_or_else(|| colour_of(label), |l| l.colour);
+        let colour = known.map_or_else(|| Label::plain_colour(label), |l| l.colour);
         face_labels.resize(face_labels.len() + mesh.triangles.len(), label);
         colours.resize(colours.len() + mesh.triangles.len(), colour);
         merged.points.extend(mesh.points);
@@ -148,18 +148,6 @@ pub fn merge(meshes: Vec<LabelMesh>, volume: &dyn Volume) -> Result<Mesh, Volume
         ..Attributes::default()
     };
     Ok(merged)
-}
-
-/// A colour for a label without one: hues a golden angle apart.
-fn colour_of(label: u32) -> [u8; 4] {
-    let turn = f64::from(label) * 0.381_966_011_250_105;
-    let hue = 6.0 * (turn - turn.floor());
-    let channel = |shift: f64| {
-        let h = (hue + shift) % 6.0;
-        let ramp = (h.min(4.0 - h)).clamp(0.0, 1.0);
-        (80.0 + 160.0 * ramp) as u8
-    };
-    [channel(2.0), channel(0.0), channel(4.0), 255]
 }
 
 /// Samples as labels.
@@ -181,14 +169,8 @@ fn whole_numbers<'a>(block: &'a Block<'_>) -> Labels<'a> {
         Block::I32(s) if s.iter().all(|&x| x >= 0) => {
             Labels::U32(Cow::Borrowed(bytemuck::cast_slice(s)))
         }
-        block => with_samples!(block, s => Labels::U32(s.iter().map(|&x| label(x)).collect())),
+        block => with_samples!(block, s => Labels::U32(s.iter().map(|&x| x.to_label()).collect())),
     }
-}
-
-fn label<T: Scalar>(sample: T) -> u32 {
-    let value = sample.to_f64();
-    let whole = value as u32;
-    if f64::from(whole) == value { whole } else { 0 }
 }
 
 #[cfg(test)]

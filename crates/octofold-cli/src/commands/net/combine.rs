@@ -3,9 +3,11 @@
 use super::LayoutArgs;
 use crate::files::{self, Opened, Output, OutputArgs, ReadingArgs};
 use crate::job::{Job, Outcome};
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
+use octofold::network::carry::{combine_painted, framed_painted};
 use octofold::network::combine::{Operation, combine};
 use octofold::network::frame::framed;
+use octofold::network::painted::Painted;
 use octofold::spans::Spans;
 use octofold::{Kind, Shape, Volume};
 use octofold_io::ofn::{File, SolidWriter};
@@ -30,7 +32,8 @@ pub struct Args {
 const AFTER_HELP: &str = "\
 Solids on one grid, from .ofn to .ofn, are read and written slab after slab and never held whole.
 Where grids lie whole voxels apart they are shifted; any other is resampled to the voxels of the
-first.
+first. A surface voxel of the result carries the label or colour of the first operand on whose surface it
+lies; where a cut lays it bare, that of the voxel on the other side of the cut.
 
 Example:
   octofold net difference block.ofn hole.ofn part.ofn";
@@ -57,8 +60,26 @@ impl Args {
             job.terminal.say(&text);
             return Ok(Outcome::Holds);
         }
-        let solids = inputs.iter().map(|input| input.read_solid(&job.run));
-        let solids = framed(operation, solids.collect::<Result<Vec<_>>>()?, &job.run)?;
+        let volumes = inputs.iter().map(|input| input.read_volume(&job.run));
+        let volumes = volumes.collect::<Result<Vec<_>>>()?;
+        let each = || inputs.iter().zip(&volumes);
+        if volumes.iter().any(|volume| volume.payload().is_some()) {
+            let solids = each().map(|(input, volume)| {
+                if let Some(painted) = Painted::of(volume.as_ref(), &job.run)? {
+                    return Ok(painted);
+                }
+                Ok(Painted::plain(input.solid(volume.as_ref(), &job.run)?, &job.run)?)
+            });
+            let solids = framed_painted(operation, solids.collect::<Result<_>>()?, &job.run)?;
+            job.run.stage("combine");
+            let combined = combine_painted(operation, &solids, &job.run)?;
+            let combined = combined.context("there are no solids to combine")?;
+            return job.write(&Shape::Volume(Arc::new(combined)), &output);
+        }
+        let solids = each().map(|(input, volume)| input.solid(volume.as_ref(), &job.run));
+        let solids = solids.collect::<Result<Vec<_>>>()?;
+        drop(volumes);
+        let solids = framed(operation, solids, &job.run)?;
         job.run.stage("combine");
         let solids: Vec<&Spans> = solids.iter().collect();
         let combined = combine(operation, &solids, &job.run)?;
@@ -77,6 +98,9 @@ fn streamed(
     let Some(mode) = output.stream() else { return Ok(None) };
     let files = inputs.iter().map(|input| input.network(&job.run)).collect::<Result<Vec<_>>>()?;
     let Some(files) = files.into_iter().collect::<Option<Vec<File>>>() else { return Ok(None) };
+    if files.iter().any(|file| !file.kinds().is_none()) {
+        return Ok(None);
+    }
     let grid = |file: &File| (file.dims(), file.placement());
     let Some(first) = files.first().filter(|&first| files.iter().all(|f| grid(f) == grid(first)))
     else {

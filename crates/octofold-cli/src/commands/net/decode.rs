@@ -2,8 +2,9 @@
 
 use super::numbers;
 use crate::files::{InputArgs, OutputArgs};
-use crate::job::{Job, Outcome};
-use anyhow::{Result, ensure};
+use crate::job::{Account, Job, Outcome};
+use anyhow::{Context, Result, ensure};
+use octofold::network::palette::Labelled;
 use octofold::surface::SurfaceOptions;
 use octofold::volume::Region;
 use octofold::{Kind, Shape, Step};
@@ -20,15 +21,20 @@ pub struct Args {
     /// Only these voxels: the first along x, y and z, and one past the last
     #[arg(long = "box", value_name = "X,Y,Z,X,Y,Z", value_parser = numbers::<6>)]
     part: Option<[f64; 6]>,
-    /// With a mesh: the faces of the voxels as they are, joined to rectangles
+    /// With a mesh: the faces of the voxels as they are, joined to polygons
     #[arg(long)]
     exact: bool,
+    /// With a volume: the labels that surface voxels carry, and inside that of the voxel before
+    #[arg(long)]
+    labels: bool,
 }
 
 const AFTER_HELP: &str = "\
 Of a file in bricks only those that the box touches are read. A mesh is that of `octofold surface`, or with
---exact the boundary of the voxels: closed, of exactly their volume, in no more memory than the surface
-takes; edges at which only two voxels touch have four faces.
+--exact the boundary of the voxels: closed, 2-manifold and of exactly their volume, in no more memory than
+the surface takes; voxels that only touch are parted, by points at the same place. Colours and labels that the file carries
+go to meshes and to .vox (of 255 colours at most) by themselves, and labels to other volumes with
+--labels.
 
 Examples:
   octofold net decode bunny.ofn bunny.npy
@@ -46,9 +52,26 @@ impl Args {
             None => Region::all(file.dims()),
             Some(part) => region(part, file.dims())?,
         };
-        let read = || {
-            let whole = region == Region::all(file.dims());
+        let whole = region == Region::all(file.dims());
+        let painted = || {
             job.run.stage("decode");
+            if whole { file.painted(&job.run) } else { file.painted_region(region, &job.run) }
+        };
+        if self.labels {
+            ensure!(
+                output.kind() == Kind::Volume,
+                "--labels is for volumes: meshes get them anyway"
+            );
+            let painted = painted()?.filter(|p| p.payload().kinds().labels);
+            let painted = painted.context("the file carries no labels")?;
+            output.write_volume(&Labelled::by_label(&painted), &job.run)?;
+            job.finish(Account::default())?;
+            return Ok(Outcome::Holds);
+        }
+        let read = || {
+            if let Some(painted) = painted()? {
+                return Ok(Shape::Volume(Arc::new(painted)));
+            }
             let solid = if whole { file.solid(&job.run)? } else { file.region(region, &job.run)? };
             Ok(Shape::Volume(Arc::new(solid)))
         };

@@ -39,6 +39,8 @@ impl Args {
             bricks: file.layout().bricks,
             bits_per_surface_voxel: bits(census.surface_voxels),
             bits_per_face: bits(census.faces),
+            label_bytes: file.payload_bytes()[0],
+            colour_bytes: file.payload_bytes()[1],
             runs: file.runs(),
             census,
         };

@@ -2,7 +2,7 @@
 
 use crate::attributes::{Attributes, Material};
 use crate::image::Pyramid;
-use crate::light::linear;
+use crate::light::{linear, srgb};
 use crate::mesh::Mesh;
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub type Images = [Option<Arc<Pyramid>>];
 
 /// Where the colours of a mesh come from.
-pub(super) struct Tint<'a> {
+pub struct Tint<'a> {
     mesh: &'a Mesh,
     base: Base<'a>,
     textures: Option<Textures<'a>>,
@@ -41,7 +41,7 @@ enum Base<'a> {
 impl<'a> Tint<'a> {
     /// The colours of a mesh, where it has any: of points, else of faces, else of materials, and of
     /// images as they look in cells of such a side.
-    pub(super) fn of(mesh: &'a Mesh, images: &'a Images, cell: f64) -> Option<Self> {
+    pub fn of(mesh: &'a Mesh, images: &'a Images, cell: f64) -> Option<Self> {
         let Attributes { point_colours, face_colours, face_materials, materials, .. } =
             &mesh.attributes;
         let base = if let Some(colours) = point_colours {
@@ -62,7 +62,7 @@ impl<'a> Tint<'a> {
     }
 
     /// The colour of a triangle at a place in the world.
-    pub(super) fn at(&self, triangle: u32, place: DVec3) -> Vec4 {
+    pub fn at(&self, triangle: u32, place: DVec3) -> Vec4 {
         let t = triangle as usize;
         let base = match &self.base {
             Base::Points(colours) => {
@@ -118,6 +118,12 @@ fn shares(corners: [[f64; 3]; 3], place: DVec3) -> [f64; 3] {
     shares.map(|share| share / sum.max(1e-9))
 }
 
+/// The colour of linear light and alpha, both straight.
+pub fn colour(light: Vec4) -> [u8; 4] {
+    let [r, g, b] = srgb(light.truncate());
+    [r, g, b, (light.w * 255.0).round() as u8]
+}
+
 /// Linear light of a colour, and its alpha.
 fn light([r, g, b, a]: [u8; 4]) -> Vec4 {
     let Vec3 { x, y, z } = linear([r, g, b]);
@@ -149,6 +155,15 @@ mod tests {
     fn image(texel: impl Fn(usize, usize) -> [u8; 4]) -> Vec<Option<Arc<Pyramid>>> {
         let rgba = (0..64 * 64).map(|i| texel(i % 64, i / 64)).collect();
         vec![Image::new(64, 64, rgba).map(|image| Arc::new(Pyramid::new(image)))]
+    }
+
+    #[test]
+    fn colours_come_back_from_light() {
+        for v in 0..=255 {
+            let rgba = [v, 255 - v, v / 2, v];
+            let back = colour(light(rgba));
+            assert!((0..4).all(|k| back[k].abs_diff(rgba[k]) <= 1), "{rgba:?} {back:?}");
+        }
     }
 
     #[test]
