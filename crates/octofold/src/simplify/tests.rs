@@ -195,9 +195,10 @@ proptest! {
     #[test]
     fn what_is_seen_from_above_stays_so(seed in any::<u64>(), ratio in 0.02..0.5f64) {
         let mut mesh = book(1, 12, 12, seed);
-        // Heights over a plane: a triangle that turns over shows its back.
+        // Heights over a plane, so low that no slope and 75 degrees, which a triangle may drift from what
+        // it stands for, make a right angle: one that turns over shows its back.
         for p in &mut mesh.points {
-            *p = [p[2], p[0], p[1] * 2.0];
+            *p = [p[2], p[0], p[1] * 0.5];
         }
         let options = SimplifyOptions { ratio: Some(ratio), ..SimplifyOptions::default() };
         let found = assert_simplified(&mesh, &options);
