@@ -1,10 +1,10 @@
 //! The boundary of a solid's voxels, as it is: polygons with holes, and their triangles.
 //!
 //! Exposed faces of one plane that share sides are one polygon, with an outer loop and inner ones
-//! ([`outlines`]). Of the corners of the grid those are vertices at which a loop turns, and as many times
-//! as fans of faces meet there ([`fans`]); a vertex on a straight side of another loop is a vertex of that as
+//! (`outlines`). Of the corners of the grid those are vertices at which a loop turns, and as many times
+//! as fans of faces meet there (`fans`); a vertex on a straight side of another loop is a vertex of that as
 //! well, so nothing is joined by distance. Polygons are cut into triangles on their own vertices
-//! ([`ears`]). The mesh encloses exactly the volume of the voxels, and is closed, oriented and 2-manifold
+//! (`ears`). The mesh encloses exactly the volume of the voxels, and is closed, oriented and 2-manifold
 //! for every solid: voxels that touch along an edge or at a corner only are parted, by vertices at the same
 //! place. Where both sheets of such an edge end in the same two vertices, one takes a vertex more in its
 //! middle. Work and memory are those of the surface, and no grid is made. Source: specification (A8, A9, A11).
