@@ -1,7 +1,7 @@
 """Certified TEL beside its peers, in the same run, as tables in Markdown.
 
     certified.py OCTOFOLD certified [DATA]          triangles and speed
-    certified.py OCTOFOLD certified-peers [DATA]    peers: hours
+    certified.py OCTOFOLD certified-peers [DATA]    peers: many minutes a shape
 
  triangles  `octofold surface` within a tolerance of one voxel as a share of marching cubes, and what
             libigl finds: open, non-manifold and misoriented edges, intersecting pairs, Euler number,

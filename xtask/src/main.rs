@@ -18,8 +18,8 @@ cargo xtask sweep NAME    the whole of a large sweep: formats, certified, cubes,
                           lod-cuts, lod-views, network, published, repair, simplify or voxels;
                           `cargo xtask sweep NAME 30..60` takes these hundredths of numbered cases
 cargo xtask bench NAME    beside its peers, on real models: cubes, cells, solid,
-                          models, labels, certified, certified-peers, lod, tiles, network, repair, damaged,
-                          sheets or simplify";
+                          models, labels, certified, certified-peers, lod, tiles,
+                          network, repair, damaged, sheets or simplify";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

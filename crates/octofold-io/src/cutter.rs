@@ -39,7 +39,7 @@ pub(crate) fn square() -> ([f64; 2], Drawing) {
     let points = vec![[low, low], [high, low], [high, high], [low, high]];
     let mut drawing = Drawing::default();
     drawing.lines.push(Line { layer: Layer::Cut, points, closed: true });
-    drawing.lettered("50 mm", [15.0, 28.0], 5.0, Layer::Label);
+    drawing.lettered(&format!("{SQUARE} mm"), [15.0, 28.0], 5.0, Layer::Label);
     ([SQUARE + 10.0; 2], worked(&drawing))
 }
 

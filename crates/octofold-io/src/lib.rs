@@ -9,6 +9,8 @@ mod colour;
 mod columns;
 mod cover;
 mod cutter;
+#[cfg(test)]
+mod dice;
 mod drawing;
 mod dxf;
 mod error;

@@ -247,13 +247,7 @@ mod tests {
     fn every_prefix_and_much_damage_is_an_error_or_harmless() {
         use octofold::lod::{Criterion, Cut, Diagonal, Mode, drawn, patches, settled};
         let lod = model(3, true);
-        let mut state = 0x2545_f491_4f6c_dd1du64;
-        let mut random = move || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            state as usize
-        };
+        let mut random = crate::dice::dice();
         for coded in [false, true] {
             let bytes = written(&lod, coded);
             for end in 0..bytes.len() {

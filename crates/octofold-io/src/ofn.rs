@@ -605,7 +605,7 @@ mod tests {
     use super::*;
     use octofold::volume::DenseVolume;
 
-    const LAYOUTS: [Layout; 3] = [
+    pub(super) const LAYOUTS: [Layout; 3] = [
         Layout { mode: Mode::Fast, bricks: false },
         Layout { mode: Mode::Archive, bricks: false },
         Layout { mode: Mode::Fast, bricks: true },
@@ -716,13 +716,7 @@ mod tests {
     #[test]
     fn damage_is_an_error_even_where_sums_are_mended() {
         let volume = ball([70, 20, 66], Placement::spacing([2.0; 3]));
-        let mut state = 0x2545_f491_4f6c_dd1du64;
-        let mut random = move || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            state as usize
-        };
+        let mut random = crate::dice::dice();
         for layout in LAYOUTS {
             let bytes = written(&volume, layout);
             let sums = sums(&bytes);

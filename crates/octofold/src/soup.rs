@@ -191,3 +191,24 @@ impl From<Mesh> for Soup {
 fn gather<T: Copy>(column: &Option<Vec<T>>, from: &[usize]) -> Option<Vec<T>> {
     column.as_ref().map(|c| from.iter().map(|&i| c[i]).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moved_or_copied_the_mesh_is_the_same() {
+        for faces in [vec![vec![0, 1, 2], vec![0, 2, 3]], vec![vec![0, 1, 2, 3], vec![2, 1, 0]]] {
+            let mut builder = SoupBuilder {
+                points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+                ..SoupBuilder::default()
+            };
+            faces.iter().for_each(|face| builder.face(face));
+            builder.attributes.face_labels = Some(vec![7, 8]);
+            builder.attributes.corner_uvs =
+                Some((0..builder.corners.len()).map(|c| [c as f32; 2]).collect());
+            let soup = builder.build().unwrap();
+            assert_eq!(soup.triangulate(), soup.into_mesh());
+        }
+    }
+}

@@ -336,18 +336,13 @@ fn nodes(solid: &Spans, run: &Run) -> Result<Vec<Node>, ReadError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Body, Layout, Mode, crc32c, write_as};
+    use super::super::tests::LAYOUTS;
+    use super::super::{Body, Layout, crc32c, write_as};
     use super::*;
     use crate::{Sink, Source};
     use octofold::Placement;
     use octofold::network::code::bricks::Bricks;
     use octofold::network::links::HIGH_X;
-
-    const LAYOUTS: [Layout; 3] = [
-        Layout { mode: Mode::Fast, bricks: false },
-        Layout { mode: Mode::Archive, bricks: false },
-        Layout { mode: Mode::Fast, bricks: true },
-    ];
 
     const KINDS: [Kinds; 3] = [
         Kinds { labels: true, colours: false },
@@ -469,13 +464,7 @@ mod tests {
     #[test]
     fn damage_is_an_error_even_where_sums_are_mended() {
         let painted = ball(70, KINDS[2]);
-        let mut state = 0x2545_f491_4f6c_dd1du64;
-        let mut random = move || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            state as usize
-        };
+        let mut random = crate::dice::dice();
         let run = Run::default();
         let read = |bytes: &[u8]| open(bytes)?.painted(&run);
         for layout in LAYOUTS {

@@ -146,8 +146,7 @@ mod tests {
         assert_eq!(pattern.mesh.faces.len(), 8);
         let middle = [30.0, 30.0, 20.0];
         for (p, q) in pattern.mesh.points.iter().zip(corner_piece().points) {
-            // The sides of the L look outwards: all lie a millimetre further in, the inner corner
-            // as well, which is further from the notch.
+            // Away from the origin in the notch too, whose sides look that way.
             let [x, y, z] = q;
             let inside = |a: f64| if a == 0.0 { 1.0 } else { a - 1.0 };
             let meant = [inside(x), inside(y), inside(z)];

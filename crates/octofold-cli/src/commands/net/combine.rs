@@ -32,8 +32,8 @@ pub struct Args {
 const AFTER_HELP: &str = "\
 Solids on one grid, from .ofn to .ofn, are read and written slab after slab and never held whole.
 Where grids lie whole voxels apart they are shifted; any other is resampled to the voxels of the
-first. A surface voxel of the result carries the label or colour of the first operand on whose surface it
-lies; where a cut lays it bare, that of the voxel on the other side of the cut.
+first. A surface voxel of the result carries the label or colour of the first operand on whose
+surface it lies; where a cut lays it bare, that of the voxel on the other side of the cut.
 
 Example:
   octofold net difference block.ofn hole.ofn part.ofn";

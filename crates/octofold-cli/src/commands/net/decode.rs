@@ -32,9 +32,9 @@ pub struct Args {
 const AFTER_HELP: &str = "\
 Of a file in bricks only those that the box touches are read. A mesh is that of `octofold surface`, or with
 --exact the boundary of the voxels: closed, 2-manifold and of exactly their volume, in no more memory than
-the surface takes; voxels that only touch are parted, by points at the same place. Colours and labels that the file carries
-go to meshes and to .vox (of 255 colours at most) by themselves, and labels to other volumes with
---labels.
+the surface takes; voxels that only touch are parted, by points at the same place. Colours and labels
+that the file carries go to meshes and to .vox (of 255 colours at most) by themselves, and labels to
+other volumes with --labels.
 
 Examples:
   octofold net decode bunny.ofn bunny.npy
