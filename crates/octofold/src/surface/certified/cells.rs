@@ -107,6 +107,8 @@ pub struct Cells {
     starts: Vec<u32>,
     /// Where the crossed edges of each cell are cut, in [`STEPS`] from their low ends.
     shares: Vec<u16>,
+    /// No vertex of marching cubes' surface is farther than this from its place in steps, in samples.
+    pub rounding: f64,
     grid: Grid,
 }
 
@@ -169,6 +171,7 @@ impl Cells {
             at: Vec::with_capacity(total),
             starts: Vec::new(),
             shares: Vec::new(),
+            rounding: parts.iter().map(|p| p.rounding).fold(0.0, f64::max),
             grid: Grid::new([low, high], surface, inside),
         };
         for &(_, p, b) in &order {
@@ -186,6 +189,10 @@ impl Cells {
             all.masks.extend_from_slice(&part.masks[range.clone()]);
             all.at.extend_from_slice(&part.at[range]);
             all.bricks.push(brick);
+        }
+        if all.rounding > 0.0 {
+            // The coordinates of that surface are in single precision.
+            all.rounding += f64::from(f32::EPSILON) * samples as f64;
         }
         Ok(all)
     }
@@ -363,6 +370,8 @@ struct Part {
     /// One more than there are cells.
     starts: Vec<u32>,
     shares: Vec<u16>,
+    /// How far shares were moved to steps at most.
+    rounding: f64,
     /// A bit for every brick, layer by layer, that is set where its low corner is inside.
     inside: Vec<u64>,
 }
@@ -382,6 +391,7 @@ impl Part {
             at: Vec::new(),
             starts: vec![0],
             shares: Vec::new(),
+            rounding: 0.0,
             inside: Vec::new(),
         };
         let brick_of = |i: usize| (i as u32 + ahead) / BRICK;
@@ -477,8 +487,10 @@ impl Part {
                 let low: [usize; 3] = std::array::from_fn(|a| at[a] + (corner >> a & 1));
                 let mut high = low;
                 high[edge_axis(edge)] += 1;
-                let steps = (f64::from(share([low, high])) * STEPS).round().clamp(1.0, STEPS - 1.0);
+                let share = f64::from(share([low, high]));
+                let steps = (share * STEPS).round().clamp(1.0, STEPS - 1.0);
                 self.shares.push(steps as u16);
+                self.rounding = self.rounding.max((share - steps / STEPS).abs());
             });
             self.starts.push(self.shares.len() as u32);
         }
