@@ -1,21 +1,25 @@
 //! Measures: what a mesh is, what is wrong with it and where, and how far two meshes differ.
 
+pub mod borders;
 mod bvh;
 pub mod distance;
 pub mod extent;
 pub mod intersect;
 pub mod nearest;
 mod piece;
+pub mod sew;
 pub mod topology;
 pub mod weld;
 pub mod winding;
 pub mod within;
 
+pub use borders::borders;
 pub use distance::{Comparison, Distances, compare};
 pub use extent::Extent;
 use intersect::meeting_pairs;
 pub use intersect::self_intersections;
 pub use nearest::{Hit, Nearest, nearest_on};
+pub use sew::{Sewn, sew};
 pub use topology::{Defect, Topology};
 pub use weld::{Weld, Welding, weld, weld_points};
 pub use winding::Winding;

@@ -31,7 +31,7 @@ mod view;
 
 pub use prune::{PruneAccount, PruneOptions, Pruned, prune};
 
-use crate::measure::weld;
+use crate::measure::{Sewn, sew, weld};
 use crate::mesh::Mesh;
 use crate::par;
 use crate::run::{Cancelled, Finding, Run};
@@ -146,7 +146,8 @@ pub struct Simplified {
 
 /// Simplifies a mesh.
 ///
-/// Where its edges are open, points at the same place are joined first; triangles that name a point
+/// Where its edges are open, points on them at the same place or apart by rounding are joined
+/// first; triangles that name a point
 /// twice and points that no triangle names are left out. Faces and points that stay keep their
 /// order. Without any aim the mesh is simplified as far as it goes.
 pub fn simplify(
@@ -161,15 +162,19 @@ pub fn simplify(
     let target = wanted.unwrap_or(0);
     let power = scale(&mesh.points);
     let single = mesh.points.iter().flatten().all(|&x| f64::from(x as f32) == x);
-    let mut input = Input::new(mesh, power);
+    let (mut input, mut moved) = (Input::new(mesh, power), 0.0);
     if input.edges.iter().any(|e| e.faces == 1) {
-        let welded = weld(mesh, run)?;
-        if welded.points.len() < mesh.points.len() {
-            input = Input::new(&welded, power);
+        let mut sewn = sew(mesh, run)?;
+        if options.error.is_some_and(|error| error <= 2.0 * sewn.moved) {
+            sewn = Sewn { mesh: weld(mesh, run)?, ..Sewn::default() };
+        }
+        sewn.tell(run);
+        if sewn.mesh.points.len() < mesh.points.len() {
+            (input, moved) = (Input::new(&sewn.mesh, power), sewn.moved);
         }
     }
     let Input { mut complex, columns, edges } = input;
-    let tether = options.error.map(|error| Tether::new(&complex, error / power));
+    let tether = options.error.map(|error| Tether::new(&complex, (error - moved) / power));
     planes::lay(&mut complex, &edges);
     let mut reducer = Reducer::new(complex, columns, tether, single);
     reducer.fill(&edges);

@@ -45,7 +45,7 @@ pub use folded::Folded;
 pub use pattern::Pattern;
 
 use crate::attributes::Attributes;
-use crate::measure::weld;
+use crate::measure::sew;
 use crate::mesh::{Mesh, bounds};
 use crate::run::{Cancelled, Finding, Run};
 use division::Division;
@@ -387,7 +387,9 @@ fn faces(
     room: &Room,
     run: &Run,
 ) -> Result<Faces, UnfoldError> {
-    let mut welded = weld(mesh, run)?;
+    let sewn = sew(mesh, run)?;
+    sewn.tell(run);
+    let mut welded = sewn.mesh;
     let attributes = std::mem::take(&mut welded.attributes);
     let [low, high] = bounds(&welded.points).ok_or(UnfoldError::Empty)?;
     let extent: [f64; 3] = std::array::from_fn(|a| high[a] - low[a]);

@@ -32,13 +32,13 @@ const MOST_BORDERS: usize = 1000;
 
 /// What stands against building `mesh` as it is, with so many millimetres on paper for each unit.
 pub(super) fn cause(mesh: &Mesh, factor: f64, run: &Run) -> Result<Option<Cause>, Cancelled> {
-    let welded = measure::weld(mesh, run)?;
+    let welded = measure::sew(mesh, run)?.mesh;
     let measures = measure::measure(&welded, Weld::Off, run)?;
     Ok(if measures.self_intersections > 0 {
         Some(Cause::Crossings)
     } else if measures.boundary_edges > MOST_BORDERS {
         Some(Cause::Borders)
-    } else if !measures.closed && has_cracks(&welded, CRACK / factor) {
+    } else if !measures.closed && has_cracks(&welded, CRACK / factor, run)? {
         Some(Cause::Cracks)
     } else if may_nest(&welded, &measures) {
         Some(Cause::Inside)
@@ -76,23 +76,17 @@ fn is_thin(mesh: &Mesh, thickness: f64) -> bool {
 }
 
 /// True where two borders without a common end come nearer to each other than `width`.
-fn has_cracks(mesh: &Mesh, width: f64) -> bool {
-    let mut sides: Vec<[u32; 2]> = Vec::with_capacity(3 * mesh.triangles.len());
-    for t in &mesh.triangles {
-        sides.extend((0..3).map(|i| [t[i], t[(i + 1) % 3]]).map(|[a, b]| [a.min(b), a.max(b)]));
-    }
-    sides.sort_unstable();
-    let borders: Vec<[u32; 2]> =
-        sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect();
+fn has_cracks(mesh: &Mesh, width: f64, run: &Run) -> Result<bool, Cancelled> {
+    let borders = measure::borders(&mesh.triangles, run)?;
     let at = |p: u32| DVec3::from(mesh.points[p as usize]);
-    borders.iter().enumerate().any(|(i, &[a, b])| {
+    Ok(borders.iter().enumerate().any(|(i, &[a, b])| {
         borders[..i].iter().any(|&[c, d]| {
             let joined = [c, d].iter().any(|p| [a, b].contains(p));
             // Short steps along one border are near each other without being a crack.
             let long = at(a).distance(at(b)).max(at(c).distance(at(d))) > 2.0 * width;
             !joined && long && apart([at(a), at(b)], [at(c), at(d)]) < width
         })
-    })
+    }))
 }
 
 /// A bound of the distance of two segments: that of their ends from the other one.

@@ -87,9 +87,9 @@ fn folds(mesh: &Mesh) -> usize {
 /// Everything that is guaranteed, checked by other means than those that made it.
 fn assert_simplified(mesh: &Mesh, options: &SimplifyOptions) -> Simplified {
     let run = run();
-    // Points are welded where that can close a gap.
+    // Borders are sewn first.
     let open = Topology::of(mesh.points.len(), &mesh.triangles, &run).unwrap().boundary_edges.count;
-    let welded = if open > 0 { weld(mesh, &run).unwrap() } else { mesh.clone() };
+    let welded = if open > 0 { sew(mesh, &run).unwrap().mesh } else { mesh.clone() };
     let found = simplify(mesh, options, &run).unwrap();
     let (small, account) = (&found.mesh, &found.account);
     assert!(small.check().is_ok());
