@@ -22,6 +22,7 @@ mod members;
 mod patches;
 mod piercing;
 mod placement;
+mod reach;
 mod sheets;
 mod smoothing;
 mod throats;
@@ -198,7 +199,7 @@ fn prepare(
     let frame = Frame::new(bounds, options.size, options.gap)?;
     let content = Content::new(mesh, &frame, run)?;
     let rims = content.rims(&frame, run)?;
-    let reach = frame.rounds.div_ceil(BRICK);
+    let reach = frame.reach.rounds().div_ceil(BRICK);
     let (bricks, near) =
         content::bricks_round(frame.bricks(), content.codes(), &rims.cells(), reach);
     let (full, _) = content.full(&bricks);
@@ -209,7 +210,7 @@ fn prepare(
             volume >= *least && winding.at(frame.centre(at)).abs() < 0.5
         })
     };
-    let (labels, enclosed) = Labels::new(bricks, &full, near, frame.rounds, &keep, run)?;
+    let (labels, enclosed) = Labels::new(bricks, &full, near, frame.reach, &keep, run)?;
     Ok(Prepared { census, throats, frame, content, rims, labels, enclosed })
 }
 
@@ -232,7 +233,7 @@ pub fn repair(mesh: &Mesh, options: &RepairOptions, run: &Run) -> Result<Repaire
     if patches.triangles.is_empty() {
         return Err(RepairError::Thin(frame.cell()));
     }
-    let gap = 2.0 * f64::from(frame.rounds) * frame.cell();
+    let gap = frame.gap();
     tell(&throats, gap, filled, run);
     let account = RepairAccount {
         census,

@@ -5,6 +5,7 @@
 //! with the surface, and a flood crosses empty space in long steps. Source: specification of repair
 //! (D.3).
 
+use super::reach::Neighbours;
 use std::ops::Range;
 
 /// Cells along an edge of a brick.
@@ -273,17 +274,24 @@ impl Bricks {
     }
 }
 
-/// The cells of a brick that touch a set cell of its halo, or are set.
-pub fn dilate(halo: &Halo) -> Block {
-    let along_x = halo.map(|r| (r | r >> 1 | r >> 2) as u8);
+/// The cells of a brick that are set in its halo, or neighbours of a set one.
+#[inline]
+pub fn dilate(halo: &Halo, neighbours: Neighbours) -> Block {
+    let wide = halo.map(|r| (r | r >> 1 | r >> 2) as u8);
+    let own = halo.map(|r| (r >> 1) as u8);
+    // Rows straight beside a row, and those across its edges.
+    let (beside, across) = match neighbours {
+        Neighbours::Faces => (&own, &[0; 100]),
+        Neighbours::Edges => (&wide, &own),
+        Neighbours::Corners => (&wide, &wide),
+    };
     let mut block = [0; 8];
     for (z, word) in block.iter_mut().enumerate() {
-        let column = |y: usize| {
-            let at = 10 * z + y;
-            along_x[at] | along_x[at + 10] | along_x[at + 20]
-        };
+        let middle = |at: usize| beside[at - 10] | wide[at] | beside[at + 10];
+        let side = |at: usize| across[at - 10] | beside[at] | across[at + 10];
         for y in 0..8 {
-            *word |= u64::from(column(y) | column(y + 1) | column(y + 2)) << (8 * y);
+            let at = 10 * (z + 1) + y + 1;
+            *word |= u64::from(side(at - 1) | middle(at) | side(at + 1)) << (8 * y);
         }
     }
     block

@@ -1,6 +1,7 @@
 //! A flood of empty cells, 26-connected: from brick to brick, and over runs of bricks in one step.
 
 use super::bricks::{ALL, BRICK, Block, Bricks, FACING, Slot, count, dilate, dilate_within, meet};
+use super::reach::Neighbours;
 use crate::run::{Cancelled, Run};
 use std::collections::VecDeque;
 
@@ -71,7 +72,7 @@ impl<'a> Flood<'a> {
                 Slot::Brick(brick) => {
                     self.queued[brick as usize] = false;
                     let halo = self.bricks.halo(brick, &self.cells, &self.runs);
-                    let found = dilate(&halo);
+                    let found = dilate(&halo, Neighbours::Corners);
                     self.reach(brick, found);
                 }
             }

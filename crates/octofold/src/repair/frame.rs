@@ -7,6 +7,7 @@
 
 use super::RepairError;
 use super::bricks::BRICK;
+use super::reach::Reach;
 use crate::lattice::{Lattice, LatticeError};
 use crate::voxelize::Size;
 
@@ -39,8 +40,8 @@ pub struct Frame {
     pub steps: i32,
     /// Whether every output coordinate is exact in single precision.
     pub single: bool,
-    /// Rounds of dilation that close gaps of the size asked for.
-    pub rounds: u32,
+    /// The dilation that closes gaps of the size asked for.
+    pub reach: Reach,
     /// World coordinates of step 0, in steps.
     origin: [f64; 3],
     step: f64,
@@ -65,7 +66,8 @@ impl Frame {
         if longest / wanted > f64::from(MAX_RESOLUTION) * 1.001 {
             return Err(RepairError::Resolution((longest / wanted).ceil()));
         }
-        let rounds = gap.rounds(wanted)?;
+        let gap = gap.reach(wanted)?;
+        let rounds = gap.rounds();
         let margin = f64::from(MARGIN + rounds) + SHIFT;
         let reach = largest + (margin + 2.0 * f64::from(BRICK)) * wanted;
         let finest = power_above(reach) / f64::from(1 << 24);
@@ -85,12 +87,17 @@ impl Frame {
         let start = origin.map(|x| x * step);
         let end = high.map(|x| x + (f64::from(MARGIN + rounds + BRICK) + SHIFT) * cell);
         let lattice = Lattice::with_pitch([start, end], cell)?;
-        Ok(Self { lattice, steps: steps as i32, single, rounds, origin, step })
+        Ok(Self { lattice, steps: steps as i32, single, reach: gap, origin, step })
     }
 
     /// Edge of a cell in world units.
     pub fn cell(&self) -> f64 {
         self.lattice.cell()
+    }
+
+    /// The widest gap that is surely closed, in world units.
+    pub fn gap(&self) -> f64 {
+        2.0 * self.reach.radius * self.cell()
     }
 
     /// World position of an output point, given in steps.
@@ -126,19 +133,18 @@ pub enum Gap {
 /// What is closed where nothing needs more, in cells.
 const LEAST_CELLS: f64 = 2.0;
 
-/// The most rounds of dilation: their cost grows with them.
-const MOST_ROUNDS: f64 = 4096.0;
+/// The most cells to either side of a gap: the cost of closing grows with them.
+const MOST_CELLS: f64 = 4096.0;
 
 impl Gap {
-    fn rounds(self, cell: f64) -> Result<u32, RepairError> {
+    fn reach(self, cell: f64) -> Result<Reach, RepairError> {
         let cells = match self {
             Self::Auto => LEAST_CELLS,
             Self::Cells(cells) => cells,
             Self::Width(width) => width / cell,
         };
-        let rounds = (cells / 2.0).ceil();
-        if (0.0..=MOST_ROUNDS).contains(&rounds) {
-            Ok(rounds as u32)
+        if (0.0..=2.0 * MOST_CELLS).contains(&cells) {
+            Ok(Reach::new(cells / 2.0))
         } else {
             Err(RepairError::Gap { cells })
         }

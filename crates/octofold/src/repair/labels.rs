@@ -8,6 +8,7 @@
 
 use super::bricks::{ALL, Block, Bricks, Place, Slot, dilate, each, has};
 use super::flood::Flood;
+use super::reach::{Neighbours, Reach};
 use crate::par;
 use crate::run::{Cancelled, Run};
 
@@ -45,18 +46,18 @@ const BLOCK: usize = 1024;
 
 impl Labels {
     /// Labels the cells of a grid in which the input touches the cells `full`, and its boundary
-    /// edges the cells `rims`. The bricks hold all cells within `rounds` of these. Enclosed spaces that
+    /// edges the cells `rims`. The bricks hold all cells within `reach` of these. Enclosed spaces that
     /// `keep` takes count as outside.
     pub fn new(
         bricks: Bricks,
         full: &[Block],
         rims: Vec<Block>,
-        rounds: u32,
+        reach: Reach,
         keep: Keep<'_>,
         run: &Run,
     ) -> Result<(Self, Enclosed), Cancelled> {
         run.stage("close");
-        let near = spread(&bricks, rims, rounds, run)?;
+        let near = spread(&bricks, rims, reach, run)?;
         let closed: Vec<Block> = full.iter().zip(&near).map(|(a, b)| either(a, b)).collect();
         run.stage("flood");
         let mut flood = from_border(&bricks, closed, run)?;
@@ -70,7 +71,7 @@ impl Labels {
         let inside_runs = outside_runs.iter().map(|o| !o).collect();
         let mut labels = Self { bricks, outside, outside_runs, inside, inside_runs };
         run.stage("give back");
-        labels.give_back(full, &near, rounds, run)?;
+        labels.give_back(full, &near, reach.rounds(), run)?;
         Ok((labels, cavities))
     }
 
@@ -253,20 +254,20 @@ impl Enclosed {
     }
 }
 
-/// The cells within `rounds` of `cells`.
-fn spread(
+/// The cells within `reach` of `cells`.
+pub fn spread(
     bricks: &Bricks,
     mut cells: Vec<Block>,
-    rounds: u32,
+    reach: Reach,
     run: &Run,
 ) -> Result<Vec<Block>, Cancelled> {
     let nothing = vec![false; bricks.runs()];
     let mut front = Front::new(bricks);
     let mut changed: Vec<u32> =
         (0..bricks.len() as u32).filter(|&b| cells[b as usize] != [0; 8]).collect();
-    for _ in 0..rounds {
+    for kind in reach.kinds() {
         changed = front.step(&mut cells, &changed, run, |brick, cells| {
-            dilate(&bricks.halo(brick, cells, &nothing))
+            dilate(&bricks.halo(brick, cells, &nothing), kind)
         })?;
     }
     Ok(cells)
@@ -301,8 +302,8 @@ impl<'a> Front<'a> {
             if free.iter().zip(&own).all(|(f, o)| f & !o == 0) {
                 return own;
             }
-            let reached = dilate(&bricks.halo(brick, cells, runs));
-            let guarded = dilate(&bricks.halo(brick, guard.0, guard.1));
+            let reached = dilate(&bricks.halo(brick, cells, runs), Neighbours::Corners);
+            let guarded = dilate(&bricks.halo(brick, guard.0, guard.1), Neighbours::Corners);
             std::array::from_fn(|z| own[z] | reached[z] & free[z] & !guarded[z])
         })
     }
@@ -341,18 +342,6 @@ impl<'a> Front<'a> {
         }
         Ok(changed)
     }
-}
-
-/// The cells that touch one of `cells`, and these.
-pub fn dilated(bricks: &Bricks, cells: &[Block], run: &Run) -> Result<Vec<Block>, Cancelled> {
-    let nothing = vec![false; bricks.runs()];
-    per_brick(bricks, run, |brick| {
-        let near = (0..27).any(|n| match bricks.beside(brick, n) {
-            Slot::Brick(other) => cells[other as usize] != [0; 8],
-            Slot::Run(_) => false,
-        });
-        if near { dilate(&bricks.halo(brick, cells, &nothing)) } else { [0; 8] }
-    })
 }
 
 /// Makes something for every brick.

@@ -134,7 +134,7 @@ pub fn sheets(mesh: &Mesh, options: &SheetOptions, run: &Run) -> Result<SheetCom
         census,
         cell: frame.cell(),
         cells: frame.lattice.cells(),
-        gap: 2.0 * f64::from(frame.rounds) * frame.cell(),
+        gap: frame.gap(),
         exact_in_single_precision: frame.single,
         throats,
         gaps_closed: surface.membranes.len(),

@@ -3,6 +3,7 @@
 use super::bricks::{BRICK, Block, Bricks, Place, cell_of};
 use super::labels::Labels;
 use super::piercing::Target;
+use super::reach::{Neighbours, Reach};
 use super::*;
 use crate::measure::self_intersections;
 use glam::{DQuat, DVec3};
@@ -65,7 +66,9 @@ pub(super) fn labels(side: u32, shift: u32, full: impl Fn([u32; 3]) -> bool) -> 
         })
         .collect();
     let nothing = vec![[0; 8]; blocks.len()];
-    Labels::new(bricks, &blocks, nothing, 0, &|_, _| false, &Run::default()).unwrap().0
+    Labels::new(bricks, &blocks, nothing, Reach::new(0.0), &|_, _| false, &Run::default())
+        .unwrap()
+        .0
 }
 
 /// Extracts until all sheets can be told apart.
@@ -221,7 +224,7 @@ fn slits_up_to_the_gap_are_closed_and_wider_ones_are_not() {
         let filled = volume(&found.solid) / 8.0;
         if ratio <= 0.9 {
             prop_assert!(filled > 0.9, "a slit of {ratio} gaps is open: {filled}");
-        } else if width > (1.1 * gap + 4.0) * cell {
+        } else if width > (1.1 * gap + 6.0) * cell {
             prop_assert!(filled < 0.6, "a slit of {ratio} gaps is closed: {filled}");
         }
         Ok(())
@@ -304,18 +307,27 @@ proptest! {
 }
 
 /// The labels of a dense grid, by the book: 1 outside, 0 full, -1 inside.
-fn by_the_book(side: i32, full: &[bool], rims: &[bool], rounds: u32) -> Vec<i8> {
+fn by_the_book(side: i32, full: &[bool], rims: &[bool], reach: Reach) -> Vec<i8> {
     let at = |x: i32, y: i32, z: i32| (x + side * (y + side * z)) as usize;
-    let around = |i: usize| {
+    let beside = |i: usize, most: i32| {
         let i = i as i32;
-        let [x, y, z] = [i % side, i / side % side, i / side / side];
-        let span = move |c: i32| (c - 1).max(0)..=(c + 1).min(side - 1);
-        span(z).flat_map(move |z| span(y).flat_map(move |y| span(x).map(move |x| at(x, y, z))))
+        let own = [i % side, i / side % side, i / side / side];
+        (0..27).map(|k| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]).filter_map(move |step| {
+            let [x, y, z]: [i32; 3] = std::array::from_fn(|a| own[a] + step[a]);
+            let near = step.map(i32::abs).iter().sum::<i32>() <= most;
+            (near && [x, y, z].iter().all(|c| (0..side).contains(c))).then(|| at(x, y, z))
+        })
     };
-    let grow = |cells: &[bool]| -> Vec<bool> {
-        (0..cells.len()).map(|i| around(i).any(|j| cells[j])).collect()
+    let around = |i: usize| beside(i, 3);
+    let spread = |cells: &[bool], most: i32| -> Vec<bool> {
+        (0..cells.len()).map(|i| beside(i, most).any(|j| cells[j])).collect()
     };
-    let near = (0..rounds).fold(rims.to_vec(), |cells, _| grow(&cells));
+    let grow = |cells: &[bool]| spread(cells, 3);
+    let near = reach.kinds().fold(rims.to_vec(), |cells, kind| match kind {
+        Neighbours::Faces => spread(&cells, 1),
+        Neighbours::Edges => spread(&cells, 2),
+        Neighbours::Corners => spread(&cells, 3),
+    });
     let closed: Vec<bool> = full.iter().zip(&near).map(|(f, n)| *f || *n).collect();
     let mut outside = vec![false; full.len()];
     let mut waiting = vec![0];
@@ -328,7 +340,7 @@ fn by_the_book(side: i32, full: &[bool], rims: &[bool], rounds: u32) -> Vec<i8> 
         }
     }
     let mut inside: Vec<bool> = closed.iter().zip(&outside).map(|(c, o)| !c && !o).collect();
-    for _ in 0..rounds {
+    for _ in 0..reach.rounds() {
         for from_outside in [true, false] {
             let (own, other) =
                 if from_outside { (&mut outside, &inside) } else { (&mut inside, &outside) };
@@ -349,7 +361,7 @@ proptest! {
         seed in any::<u64>(),
         thick in 0.3f64..1.2,
         holes in 0.0f64..0.3,
-        rounds in 0u32..4,
+        radius in 0f64..4.0,
     ) {
         const BRICKS: u32 = 5;
         let side = BRICKS * BRICK;
@@ -386,10 +398,10 @@ proptest! {
             let brick = bricks.codes().position(|c| c == code).unwrap();
             blocks[brick][cell as usize / 64] |= 1u64 << (cell % 64);
         }
-        let run = Run::default();
+        let (run, reach) = (Run::default(), Reach::new(radius));
         let (labels, enclosed) =
-            Labels::new(bricks, &blocks, near, rounds, &|_, _| false, &run).unwrap();
-        let expected = by_the_book(side as i32, &full, &rims, rounds);
+            Labels::new(bricks, &blocks, near, reach, &|_, _| false, &run).unwrap();
+        let expected = by_the_book(side as i32, &full, &rims, reach);
         let inside = |at: [u32; 3]| match labels.bricks.slot(at.map(|x| x / BRICK)) {
             bricks::Slot::Run(run) => labels.inside_runs[run as usize],
             bricks::Slot::Brick(b) => {

@@ -8,7 +8,8 @@
 use super::bricks::{BRICK, Block, Bricks, coordinates, count, each};
 use super::content::{self, Content};
 use super::frame::{Frame, Gap};
-use super::labels::{dilated, from_border};
+use super::labels::{from_border, spread};
+use super::reach::Reach;
 use super::{RepairError, RepairOptions};
 use crate::mesh::Mesh;
 use crate::run::Run;
@@ -50,10 +51,9 @@ pub fn throats(mesh: &Mesh, bounds: [[f64; 3]; 2], run: &Run) -> Result<Vec<Thro
     let reach = ROUNDS.div_ceil(BRICK);
     let (bricks, rims) = content::bricks_round(frame.bricks(), content.codes(), &rims, reach);
     let (full, _) = content.full(&bricks);
-    let mut near = vec![rims];
-    for round in 0..ROUNDS as usize {
-        let wider = dilated(&bricks, &near[round], run)?;
-        near.push(wider);
+    let mut near = Vec::new();
+    for round in 0..=ROUNDS {
+        near.push(spread(&bricks, rims.clone(), Reach::new(f64::from(round)), run)?);
     }
     let closed: Vec<Block> = full
         .iter()

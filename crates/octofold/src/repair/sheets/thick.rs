@@ -6,6 +6,7 @@
 
 use super::super::bricks::{ALL, Block, Bricks, dilate};
 use super::super::labels::per_brick;
+use super::super::reach::Neighbours;
 use crate::run::{Cancelled, Run};
 
 /// The most rounds of erosion: thicker parts have bricks within that are not spelled out.
@@ -74,7 +75,7 @@ fn grown(
         if own.iter().zip(&room).all(|(o, r)| r & !o == 0) {
             return own;
         }
-        let reached = dilate(&bricks.halo(brick, cells, runs));
+        let reached = dilate(&bricks.halo(brick, cells, runs), Neighbours::Corners);
         std::array::from_fn(|z| own[z] | reached[z] & room[z])
     })
 }
