@@ -95,7 +95,7 @@ impl Frame {
         self.lattice.cell()
     }
 
-    /// The widest gap that is surely closed, in world units.
+    /// Gaps up to this width are closed, in world units.
     pub fn gap(&self) -> f64 {
         2.0 * self.reach.radius * self.cell()
     }

@@ -224,7 +224,7 @@ fn slits_up_to_the_gap_are_closed_and_wider_ones_are_not() {
         let filled = volume(&found.solid) / 8.0;
         if ratio <= 0.9 {
             prop_assert!(filled > 0.9, "a slit of {ratio} gaps is open: {filled}");
-        } else if width > (1.1 * gap + 6.0) * cell {
+        } else if width > (1.1 * gap + 4.0) * cell {
             prop_assert!(filled < 0.6, "a slit of {ratio} gaps is closed: {filled}");
         }
         Ok(())
