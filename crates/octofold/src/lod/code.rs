@@ -16,6 +16,8 @@ mod known;
 mod measures;
 mod normals;
 mod plane;
+#[cfg(test)]
+mod tests;
 mod vertices;
 
 use super::tree::{Lod, Node, Parts};

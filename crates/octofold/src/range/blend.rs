@@ -12,8 +12,8 @@ use super::mixer::{Mixer, ONE};
 /// Contexts of a difference.
 pub const CONTEXTS: usize = 6;
 
-/// What is mixed: odds and trust of each context, and a constant.
-const INPUTS: usize = 2 * CONTEXTS + 1;
+/// What is mixed: the odds of each context, and a constant.
+const INPUTS: usize = CONTEXTS + 1;
 
 /// Decisions that a difference may be told by: none, the sign, and for both signs seven lengths and
 /// three times seven bits.
@@ -120,10 +120,8 @@ impl<C: Coder> Turn<'_, C> {
                 backed = chance;
             }
             inputs[k] = self.odds.logit.odds(chance);
-            let trust = counted.seen().min(30) as i32;
-            inputs[CONTEXTS + k] = (((chance >> 20) as i32 - 2048) * trust * 10) >> 10;
         }
-        inputs[2 * CONTEXTS] = 77;
+        inputs[CONTEXTS] = 77;
         let mixed = mixer.mix(self.set * SLOTS + slot, &inputs, &self.odds.logistic);
         let chance = self.odds.logistic.chance(mixed).clamp(LEAST, u32::MAX - LEAST);
         let one = self.coder.code(chance, told);

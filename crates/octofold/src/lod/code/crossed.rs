@@ -3,7 +3,7 @@
 use super::super::edges::LOCAL;
 use super::super::tree::{Crossed, Node};
 use super::known::{Known, NONE, Turn, step};
-use super::plane::{Plane, ends};
+use super::plane::{ENDS, Plane};
 use crate::range::{Chance, Coder};
 
 /// The chances of edges.
@@ -49,7 +49,7 @@ impl Edges {
                 let is_same = self.known[same].code(coder, told == same);
                 if is_same { same } else { self.other(coder, told, 5 + same * 4) }
             } else {
-                let [low, high] = ends(edge).map(|end| plane.height(end) / grain);
+                let [low, high] = ENDS[edge].map(|end| plane.height(end) / grain);
                 let opposite = usize::from((low < 0.0) != (high < 0.0));
                 let nearest = step(low.abs().min(high.abs()), 10.0, 16);
                 let length = step((low - high).abs(), 8.0, 16);

@@ -1,7 +1,7 @@
 //! A plane through an octant, and where it meets edges.
 
 use super::super::direction;
-use super::super::edges::{LOCAL, across};
+use super::super::edges::{LOCAL, Local, across};
 use super::super::tree::STEPS;
 use super::known::{Known, Turn};
 use glam::DVec3;
@@ -49,7 +49,7 @@ impl Plane {
     pub(super) fn centre(&self, edges: u16) -> DVec3 {
         let (mut sum, mut count) = (DVec3::ZERO, 0.0);
         for edge in (0..12).filter(|e| edges >> e & 1 == 1) {
-            let [low, high] = ends(edge);
+            let [low, high] = ENDS[edge];
             let (from, to) = (self.height(low), self.height(high));
             let share = if from == to { 0.5 } else { (from / (from - to)).clamp(0.0, 1.0) };
             sum += low + (high - low) * share;
@@ -59,14 +59,20 @@ impl Plane {
     }
 }
 
-/// Both ends of an edge, in sides from the octant's middle.
-pub(super) fn ends(edge: usize) -> [DVec3; 2] {
-    let local = &LOCAL[edge];
-    let mut low = DVec3::splat(-0.5);
-    for (axis, side) in across(local.axis).into_iter().zip(local.sides) {
-        low[axis] += f64::from(side);
+/// Both ends of each edge, in sides from the octant's middle.
+pub(super) const ENDS: [[DVec3; 2]; 12] = {
+    let mut ends = [[DVec3::ZERO; 2]; 12];
+    let mut edge = 0;
+    while edge < 12 {
+        let Local { axis, sides, .. } = LOCAL[edge];
+        let [b, c] = across(axis);
+        let mut low = [-0.5; 3];
+        low[b] += sides[0] as f64;
+        low[c] += sides[1] as f64;
+        let mut high = low;
+        high[axis] = 0.5;
+        ends[edge] = [DVec3::from_array(low), DVec3::from_array(high)];
+        edge += 1;
     }
-    let mut high = low;
-    high[local.axis] = 0.5;
-    [low, high]
-}
+    ends
+};
