@@ -20,6 +20,7 @@ use crate::measure::nearest::Face;
 use crate::par;
 use crate::run::{Cancelled, Run};
 use glam::DVec3;
+use std::ops::Range;
 
 const BLOCK: usize = 1 << 12;
 const NONE: u32 = u32::MAX;
@@ -259,45 +260,60 @@ struct Below<'a> {
 }
 
 impl Below<'_> {
-    fn children(&self, octants: &[u32]) -> impl Iterator<Item = usize> {
-        octants.iter().flat_map(|&i| {
-            let first = self.firsts[i as usize] as usize;
-            let children = first..first + self.masks[i as usize].count_ones() as usize;
-            children.filter(|&child| self.reaches[child] != BARE)
-        })
+    /// The largest of the distances of places from the patches round the children of some octants.
+    fn furthest<const N: usize, const M: usize>(
+        &self,
+        places: [DVec3; N],
+        octants: [u32; M],
+    ) -> f64 {
+        let families = octants.map(|i| {
+            let first = self.firsts[i as usize];
+            first..first + self.masks[i as usize].count_ones()
+        });
+        // Vertices are on the patches round them.
+        let mut starts = places.map(|place| {
+            let children = families.iter().cloned().flatten().map(|child| child as usize);
+            let held = children.filter(|&child| self.reaches[child] != BARE);
+            let squares = held.map(|child| place.distance_squared(self.stars.vertices[child]));
+            (squares.fold(f64::INFINITY, f64::min).sqrt(), place)
+        });
+        starts.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+        let mut most = 0.0;
+        for (start, place) in starts {
+            if start <= most {
+                break;
+            }
+            most = self.distance(place, start, most, &families).max(most);
+        }
+        most
     }
 
-    /// The largest of the distances of places from the patches round the children of some octants.
-    fn furthest<const N: usize>(&self, places: [DVec3; N], octants: &[u32]) -> f64 {
-        // Vertices are on the patches round them.
-        let mut least = [f64::INFINITY; N];
-        for child in self.children(octants) {
-            let at = self.stars.vertices[child];
-            for (least, place) in least.iter_mut().zip(places) {
-                *least = least.min(place.distance_squared(at));
-            }
-        }
-        let mut least = least.map(f64::sqrt);
-        for child in self.children(octants) {
-            let (at, reach) = (self.stars.vertices[child], self.reaches[child]);
-            let is_near = |place: DVec3, least: f64| {
-                let within = least + reach;
-                place.distance_squared(at) < within * within
-            };
-            let near = std::array::from_fn::<_, N, _>(|k| is_near(places[k], least[k]));
-            if near == [false; N] {
+    /// The distance of a place from the patches round some children, one of which is no further than
+    /// `least`; anything up to `enough` where it is no more than that.
+    fn distance(&self, place: DVec3, mut least: f64, enough: f64, families: &[Range<u32>]) -> f64 {
+        let is_held = |octant: u32| families.iter().any(|family| family.contains(&octant));
+        for child in families.iter().cloned().flatten() {
+            let i = child as usize;
+            let within = least + self.reaches[i];
+            if place.distance_squared(self.stars.vertices[i]) >= within * within {
                 continue;
             }
-            for edge in bits(self.stars.level.crossed[child].any) {
-                let Some([a, b, c, d]) = self.stars.ring(child, edge) else { continue };
+            for edge in bits(self.stars.level.crossed[i].any) {
+                let Some(octants) = self.stars.octants(i, edge) else { continue };
+                // A patch is met at the first of its octants.
+                if octants.iter().any(|&other| other < child && is_held(other)) {
+                    continue;
+                }
+                let [a, b, c, d] = octants.map(|octant| self.stars.vertices[octant as usize]);
                 for face in [face(a, b, c), face(a, c, d)] {
-                    for k in (0..N).filter(|&k| near[k]) {
-                        least[k] = least[k].min(face.distance_squared(places[k]).sqrt());
-                    }
+                    least = least.min(face.distance_squared(place).sqrt());
                 }
             }
+            if least <= enough {
+                break;
+            }
         }
-        least.into_iter().fold(0.0, f64::max)
+        least
     }
 }
 
@@ -371,7 +387,7 @@ fn of_patches(
         let mut found = Vec::new();
         for i in block {
             if level.crossed[i].any != 0 && level.shapes[i] < EVEN {
-                let off = below.furthest([stars.vertices[i]], &[i as u32]);
+                let off = below.furthest([stars.vertices[i]], [i as u32]);
                 found.push((i as u32, off.min(extent) as f32));
             }
             // Each edge by the octant on whose low sides it lies.
@@ -381,7 +397,7 @@ fn of_patches(
                 if is_flat(level, octants, ring, stars.size) {
                     continue;
                 }
-                let off = below.furthest(middles(ring), &octants);
+                let off = below.furthest(middles(ring), octants);
                 found.extend(octants.map(|octant| (octant, off.min(extent) as f32)));
             }
         }
