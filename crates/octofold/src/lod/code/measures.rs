@@ -42,7 +42,7 @@ impl Measures {
         };
         let (normal, at) = (known.normal(i), known.vertex(i));
         let (mut bend, mut turn) = (0.0f64, 0.0f64);
-        let (mut errors, mut shapes, mut later) = (0, 0, 0);
+        let (mut errors, mut shapes, mut later) = (0usize, 0usize, 0);
         for n in own.beside.into_iter().filter(|&n| n != NONE).map(|n| n as usize) {
             bend = bend.max(normal.dot(known.vertex(n) - at).abs());
             turn = turn.max(1.0 - normal.dot(known.normal(n)));
@@ -62,7 +62,7 @@ impl Measures {
         }
         let [bend, apart] = [bend, apart].map(|length| quarter(length / size));
         let [turn, turn_below] = [turn, turn_below].map(quarter);
-        let mean = |sum: usize, or: u8| if later == 0 { or } else { (sum / later) as u8 };
+        let mean = |sum: usize, or: u8| sum.checked_div(later).map_or(or, |mean| mean as u8);
         let (beside, beside_flat) = (mean(errors, worst), mean(shapes, flattest));
         let crossings = node.any().count_ones() as usize;
         let turned = rank(known.turned[i].into(), 15);
