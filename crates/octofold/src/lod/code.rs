@@ -22,7 +22,6 @@ mod vertices;
 
 use super::tree::{Lod, Node, Parts};
 use super::{LodError, MOST_LEVELS};
-use crate::range::blend::Odds;
 use crate::range::{Chance, Coder, Decoder, Encoder};
 use crate::run::{Cancelled, Run};
 use crate::volume::Placement;
@@ -119,7 +118,6 @@ impl Lod {
 /// Everything that is known so far, and all chances.
 struct Walk {
     known: Known,
-    odds: Odds,
     coloured: bool,
     normals: Normals,
     edges: Edges,
@@ -134,7 +132,6 @@ impl Walk {
     fn new(levels: u32, coloured: bool) -> Self {
         Self {
             known: Known::new(levels),
-            odds: Odds::default(),
             coloured,
             normals: Normals::default(),
             edges: Edges::default(),
@@ -151,19 +148,12 @@ impl Walk {
         let turn = Turn::of(&self.known, i);
         let told_node = told.map_or(Node::default(), |p| p.nodes[i]);
         let told_normal = told.map_or([0; 2], |p| p.normals[i]);
-        let normal = self.normals.code(coder, &self.odds, &mut self.known, &turn, told_normal);
+        let normal = self.normals.code(coder, &mut self.known, &turn, told_normal);
         let plane = Plane::beside(&self.known, &turn, normal);
         let crossed = self.edges.code(coder, &self.known, &turn, told_node, &plane);
         let told_vertex = told.map_or([0; 3], |p| p.vertices[i]);
-        let vertex = self.vertices.code(
-            coder,
-            &self.odds,
-            &mut self.known,
-            &turn,
-            plane,
-            &crossed,
-            told_vertex,
-        );
+        let vertex =
+            self.vertices.code(coder, &mut self.known, &turn, plane, &crossed, told_vertex);
         let context = usize::from(turn.parent.is_some_and(|p| self.known.traits[p] != 0));
         let is_border = self.traits[context].code(coder, told.is_some_and(|p| p.traits[i] != 0));
         self.known.traits.push(u8::from(is_border));
@@ -193,7 +183,7 @@ impl Walk {
                 run.check()?;
             }
             let told = told.map_or((0, 0), |p| (p.errors[i], p.shapes[i]));
-            let found = self.measures.code(coder, &self.odds, &self.known, i, told);
+            let found = self.measures.code(coder, &self.known, i, told);
             (self.known.errors[i], self.known.shapes[i]) = found;
         }
         Ok(())

@@ -8,6 +8,7 @@ use super::Coder;
 use super::counted::Counted;
 use super::logistic::{Logistic, Logit};
 use super::mixer::{Mixer, ONE};
+use std::sync::LazyLock;
 
 /// Contexts of a difference.
 pub const CONTEXTS: usize = 6;
@@ -30,23 +31,22 @@ const LEAST: u32 = 1 << 16;
 
 /// Logarithms of odds, both ways.
 #[derive(Debug)]
-pub struct Odds {
+struct Odds {
     logistic: Logistic,
     logit: Logit,
 }
 
-impl Default for Odds {
-    fn default() -> Self {
-        let logistic = Logistic::default();
-        Self { logit: Logit::new(&logistic), logistic }
-    }
-}
+static ODDS: LazyLock<Odds> = LazyLock::new(|| {
+    let logistic = Logistic::default();
+    Odds { logit: Logit::new(&logistic), logistic }
+});
 
 /// The chances of one kind of differences.
 #[derive(Debug)]
 pub struct Blend {
     tables: [Vec<[Counted; SLOTS]>; CONTEXTS],
     mixer: Mixer<INPUTS>,
+    odds: &'static Odds,
 }
 
 impl Blend {
@@ -54,21 +54,21 @@ impl Blend {
     pub fn new(values: [usize; CONTEXTS], sets: usize) -> Self {
         let mut weights = [0; INPUTS];
         weights[..CONTEXTS].fill(ONE * 3 / 10);
-        Self { tables: values.map(bytemuck::zeroed_vec), mixer: Mixer::new(weights, SLOTS * sets) }
+        let mixer = Mixer::new(weights, SLOTS * sets);
+        Self { tables: values.map(bytemuck::zeroed_vec), mixer, odds: &ODDS }
     }
 
     /// Codes a byte by its difference from what is expected.
     pub fn code(
         &mut self,
         coder: &mut impl Coder,
-        odds: &Odds,
         byte: u8,
         expected: u8,
         contexts: [usize; CONTEXTS],
         set: usize,
     ) -> u8 {
         let told = byte.wrapping_sub(expected) as i8;
-        let mut turn = Turn { blend: self, coder, odds, contexts, set };
+        let mut turn = Turn { blend: self, coder, contexts, set };
         if !turn.decide(0, told != 0) {
             return expected;
         }
@@ -99,7 +99,6 @@ impl Blend {
 struct Turn<'a, C> {
     blend: &'a mut Blend,
     coder: &'a mut C,
-    odds: &'a Odds,
     contexts: [usize; CONTEXTS],
     set: usize,
 }
@@ -107,7 +106,7 @@ struct Turn<'a, C> {
 impl<C: Coder> Turn<'_, C> {
     #[inline]
     fn decide(&mut self, slot: usize, told: bool) -> bool {
-        let Blend { tables, mixer } = &mut *self.blend;
+        let Blend { tables, mixer, odds } = &mut *self.blend;
         let mut inputs = [0; INPUTS];
         let mut backed = 1 << 31;
         for (k, table) in tables.iter_mut().enumerate() {
@@ -119,11 +118,11 @@ impl<C: Coder> Turn<'_, C> {
             if k == 0 {
                 backed = chance;
             }
-            inputs[k] = self.odds.logit.odds(chance);
+            inputs[k] = odds.logit.odds(chance);
         }
         inputs[CONTEXTS] = 77;
-        let mixed = mixer.mix(self.set * SLOTS + slot, &inputs, &self.odds.logistic);
-        let chance = self.odds.logistic.chance(mixed).clamp(LEAST, u32::MAX - LEAST);
+        let mixed = mixer.mix(self.set * SLOTS + slot, &inputs, &odds.logistic);
+        let chance = odds.logistic.chance(mixed).clamp(LEAST, u32::MAX - LEAST);
         let one = self.coder.code(chance, told);
         mixer.learn(one, &inputs, RATE);
         for (table, &context) in tables.iter_mut().zip(&self.contexts) {

@@ -6,7 +6,7 @@ use super::super::direction;
 use super::super::tree::{leaf_error, leaf_shape};
 use super::known::{Known, NONE, rank};
 use crate::range::Coder;
-use crate::range::blend::{Blend, Odds};
+use crate::range::blend::Blend;
 
 /// The chances of bounds and flatness.
 pub(super) struct Measures {
@@ -28,7 +28,6 @@ impl Measures {
     pub(super) fn code(
         &mut self,
         coder: &mut impl Coder,
-        odds: &Odds,
         known: &Known,
         i: usize,
         told: (u8, u8),
@@ -78,7 +77,7 @@ impl Measures {
             (kind * 64 + turn) * 16 + flat(below),
         ];
         let expected = if kind == 2 { below } else { leaf_shape(below.saturating_add(8)) };
-        let shape = self.shapes.code(coder, odds, told.1, expected, contexts, kind);
+        let shape = self.shapes.code(coder, told.1, expected, contexts, kind);
         let below = if kind == 2 { worst } else { beside };
         let contexts = [
             kind * 256 + usize::from(below),
@@ -89,7 +88,7 @@ impl Measures {
             (kind * 32 + usize::from(below / 8)) * 32 + turn / 2,
         ];
         let expected = if kind == 2 { below } else { leaf_error(below) };
-        let error = self.errors.code(coder, odds, told.0, expected, contexts, kind);
+        let error = self.errors.code(coder, told.0, expected, contexts, kind);
         (error, shape)
     }
 }

@@ -1,9 +1,9 @@
 //! Normals, near those of the parent and of the octants beside.
 
 use super::super::direction;
-use super::known::{Known, Turn, rank, step};
+use super::known::{Known, NONE, Turn, rank, step};
 use crate::range::Coder;
-use crate::range::blend::{Blend, Odds};
+use crate::range::blend::Blend;
 use glam::DVec3;
 
 /// How far the remainder of the parent's normal is told from what is expected, at most.
@@ -23,7 +23,6 @@ impl Normals {
     pub(super) fn code(
         &mut self,
         coder: &mut impl Coder,
-        odds: &Odds,
         known: &mut Known,
         turn: &Turn,
         told: [u8; 2],
@@ -59,7 +58,7 @@ impl Normals {
                 (k * 33 + apart(rest)) * 33 + apart(ahead),
             ];
             let set = k * 2 + last;
-            normal[k] = self.0.code(coder, odds, told[k], expected[k], contexts, set);
+            normal[k] = self.0.code(coder, told[k], expected[k], contexts, set);
             let by = (normal[k].wrapping_sub(expected[k]) as i8).unsigned_abs();
             before = rank(by.into(), 15);
             off += u32::from(by);
@@ -97,7 +96,7 @@ fn ahead(known: &Known, turn: &Turn, mean: DVec3) -> DVec3 {
     let mut ahead = mean;
     for axis in 0..3 {
         let n = above.beside[2 * axis + 1];
-        if own.corner[axis] != above.corner[axis] && n != super::known::NONE {
+        if own.corner[axis] != above.corner[axis] && n != NONE {
             ahead += known.normal(n as usize);
         }
     }

@@ -4,7 +4,7 @@ use super::super::tree::{Crossed, STEPS};
 use super::known::{Known, Turn, rank, step};
 use super::plane::Plane;
 use crate::range::Coder;
-use crate::range::blend::{Blend, Odds};
+use crate::range::blend::Blend;
 
 /// The chances of vertices.
 pub(super) struct Vertices(Blend);
@@ -18,11 +18,9 @@ impl Default for Vertices {
 impl Vertices {
     /// Codes the vertex of an octant and keeps it: along the steepest axis first, which tells how high
     /// the plane is.
-    #[allow(clippy::too_many_arguments)]
     pub(super) fn code(
         &mut self,
         coder: &mut impl Coder,
-        odds: &Odds,
         known: &mut Known,
         turn: &Turn,
         mut plane: Plane,
@@ -50,7 +48,7 @@ impl Vertices {
                 (k * 16 + turned) * 64 + moved / 2 * 8 + before / 2,
             ];
             let set = k * 2 + last;
-            vertex[axis] = self.0.code(coder, odds, told[axis], expected, contexts, set);
+            vertex[axis] = self.0.code(coder, told[axis], expected, contexts, set);
             let by = (vertex[axis].wrapping_sub(expected) as i8).unsigned_abs();
             before = rank(by.into(), 15);
             sum += u32::from(by);
