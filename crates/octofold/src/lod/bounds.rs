@@ -20,6 +20,7 @@ use crate::measure::nearest::Face;
 use crate::par;
 use crate::run::{Cancelled, Run};
 use glam::DVec3;
+use std::ops::Range;
 
 const BLOCK: usize = 1 << 12;
 const NONE: u32 = u32::MAX;
@@ -29,6 +30,9 @@ const FAR: f64 = 5.0;
 
 /// Vertices of octants that are so flat, in steps of [`Level::shapes`], lie on the surface.
 const EVEN: u8 = 243;
+
+/// The reach of what has no patches.
+const BARE: f64 = -1.0;
 
 /// Neighbours of the octants of one level, by way `2 axis + side`.
 type Neighbours = Vec<[u32; 6]>;
@@ -43,30 +47,26 @@ pub(super) fn bounds(
     run: &Run,
 ) -> Result<Vec<Vec<f32>>, Cancelled> {
     run.stage("bounds");
-    let mut neighbours: Neighbours = vec![[NONE; 6]];
     let (mut own, mut back, mut ends) = (Vec::new(), Vec::new(), Vec::new());
-    for (depth, level) in levels.iter().enumerate() {
-        let size = 1 << (levels.len() - 1 - depth);
-        let star = Stars { level, neighbours: &neighbours, size };
-        ends.push(of_rim(&star, rim, 3 * (levels.len() - 1 - depth) as u32, run)?);
-        let Some(below) = levels.get(depth + 1) else {
-            own.push(of_leaves(&star, leaves, crossings, vertices, run)?);
-            break;
-        };
-        let firsts = firsts(level);
-        let next = descended(level, below, &firsts, &neighbours, run)?;
-        let finer = Stars { level: below, neighbours: &next, size: size / 2 };
-        own.push(of_octants(&star, below, &firsts, run)?);
-        let mut bounds = vec![0f32; level.codes.len()];
+    let height = levels.len() - 1;
+    let mut star = Stars::new(&levels[0], vec![[NONE; 6]], 1 << height, run)?;
+    for (height, below) in (0..height).rev().zip(&levels[1..]) {
+        ends.push(of_rim(&star, rim, 3 * (height + 1) as u32, run)?);
+        let firsts = firsts(star.level);
+        let next = descended(star.level, below, &firsts, &star.neighbours, run)?;
+        let finer = Stars::new(below, next, 1 << height, run)?;
+        own.push(of_octants(&star, &finer, &firsts, run)?);
+        let mut bounds = vec![0f32; star.level.codes.len()];
         for (octant, bound) in of_patches(&star, &finer, &firsts, run)? {
             bounds[octant as usize] = bounds[octant as usize].max(bound);
         }
         back.push(bounds);
-        neighbours = next;
+        star = finer;
     }
-    if let (Some(leaf), Some(own)) = (levels.last(), own.last()) {
-        back.push(of_vertices(leaf, own, leaves, crossings, run)?);
-    }
+    ends.push(of_rim(&star, rim, 0, run)?);
+    let last = of_leaves(&star, leaves, crossings, vertices, run)?;
+    back.push(of_vertices(&star, &last, leaves, crossings, run)?);
+    own.push(last);
     summed(&mut own, levels);
     summed(&mut back, levels);
     for (own, back) in own.iter_mut().flatten().zip(back.iter().flatten()) {
@@ -143,15 +143,43 @@ fn descended(
 /// The patches round the octants of one level.
 struct Stars<'a> {
     level: &'a Level,
-    neighbours: &'a Neighbours,
+    /// Vertices, in finest cells.
+    vertices: Vec<DVec3>,
+    neighbours: Neighbours,
     size: u32,
 }
 
-impl Stars<'_> {
+impl<'a> Stars<'a> {
+    fn new(
+        level: &'a Level,
+        neighbours: Neighbours,
+        size: u32,
+        run: &Run,
+    ) -> Result<Self, Cancelled> {
+        let parts = par::blocks(run, level.codes.len(), BLOCK, |block| {
+            block.map(|i| level.vertex(i, size)).collect::<Vec<_>>()
+        })?;
+        Ok(Self { level, vertices: parts.concat(), neighbours, size })
+    }
+
     /// The vertices round edge `edge` of octant `i`, in the order of the ring.
     fn ring(&self, i: usize, edge: usize) -> Option<[DVec3; 4]> {
         let octants = self.octants(i, edge)?;
-        Some(octants.map(|octant| self.level.vertex(octant as usize, self.size)))
+        Some(octants.map(|octant| self.vertices[octant as usize]))
+    }
+
+    /// How far the patches round each octant reach from its vertex; [`BARE`] where there are none.
+    fn reaches(&self, run: &Run) -> Result<Vec<f64>, Cancelled> {
+        let parts = par::blocks(run, self.vertices.len(), BLOCK, |block| {
+            let reach = |i: usize| {
+                let from = self.vertices[i];
+                let rings = bits(self.level.crossed[i].any).filter_map(|edge| self.ring(i, edge));
+                let squares = rings.flat_map(|ring| ring.map(|at| from.distance_squared(at)));
+                squares.reduce(f64::max).map_or(BARE, f64::sqrt)
+            };
+            block.map(reach).collect::<Vec<_>>()
+        })?;
+        Ok(parts.concat())
     }
 
     /// The octants round edge `edge` of octant `i`, in the order of the ring.
@@ -176,14 +204,9 @@ impl Stars<'_> {
     /// The triangles round octant `i`, for each diagonal.
     fn faces(&self, i: usize, faces: &mut [Vec<Face>; 2]) {
         faces.iter_mut().for_each(Vec::clear);
-        let mut any = self.level.crossed[i].any;
-        while any != 0 {
-            let edge = any.trailing_zeros() as usize;
-            any &= any - 1;
-            if let Some(ring) = self.ring(i, edge) {
-                for (faces, cut) in faces.iter_mut().zip(cuts(ring)) {
-                    faces.extend(cut);
-                }
+        for ring in bits(self.level.crossed[i].any).filter_map(|edge| self.ring(i, edge)) {
+            for (faces, cut) in faces.iter_mut().zip(cuts(ring)) {
+                faces.extend(cut);
             }
         }
     }
@@ -213,44 +236,94 @@ impl Stars<'_> {
         }
     }
 
-    /// Shortens the distances of places, squared, to those from the patches round the children of
-    /// octant `i`, where these are nearer.
-    fn shortened<const N: usize>(
-        &self,
-        least: &mut [f64; N],
-        places: [DVec3; N],
-        i: usize,
-        finer: &Stars<'_>,
-        firsts: &[u32],
-        faces: &mut [Vec<Face>; 2],
-    ) {
-        // Patches round a vertex are no further from it than two octants.
-        let reach = 2.0 * finer.extent();
-        let first = firsts[i] as usize;
-        for child in first..first + self.level.masks[i].count_ones() as usize {
-            let near = finer.level.vertex(child, finer.size);
-            let mut far = places.iter().zip(&*least);
-            if far.all(|(place, least)| place.distance(near) > least.sqrt() + reach) {
-                continue;
-            }
-            finer.faces(child, faces);
-            for (least, &place) in least.iter_mut().zip(&places) {
-                let nearest = faces[0].iter().map(|face| face.distance_squared(place));
-                *least = nearest.fold(*least, f64::min);
-            }
-        }
-    }
-
     /// The diagonal of an octant: no two of its points are further apart.
     fn extent(&self) -> f64 {
         f64::from(self.size) * 3f64.sqrt()
     }
 }
 
+/// The bits that are set, by their numbers.
+fn bits(mut of: u16) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = of.trailing_zeros() as usize;
+        of &= of.wrapping_sub(1);
+        (bit < 16).then_some(bit)
+    })
+}
+
+/// The patches of the level below, by the octants whose children they are round.
+struct Below<'a> {
+    stars: &'a Stars<'a>,
+    masks: &'a [u8],
+    firsts: &'a [u32],
+    reaches: &'a [f64],
+}
+
+impl Below<'_> {
+    /// The largest of the distances of places from the patches round the children of some octants.
+    fn furthest<const N: usize, const M: usize>(
+        &self,
+        places: [DVec3; N],
+        octants: [u32; M],
+    ) -> f64 {
+        let families = octants.map(|i| {
+            let first = self.firsts[i as usize];
+            first..first + self.masks[i as usize].count_ones()
+        });
+        // Vertices are on the patches round them.
+        let mut starts = places.map(|place| {
+            let children = families.iter().cloned().flatten().map(|child| child as usize);
+            let held = children.filter(|&child| self.reaches[child] != BARE);
+            let squares = held.map(|child| place.distance_squared(self.stars.vertices[child]));
+            (squares.fold(f64::INFINITY, f64::min).sqrt(), place)
+        });
+        starts.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+        let mut most = 0.0;
+        for (start, place) in starts {
+            if start <= most {
+                break;
+            }
+            most = self.distance(place, start, most, &families).max(most);
+        }
+        most
+    }
+
+    /// The distance of a place from the patches round some children, one of which is no further than
+    /// `least`; anything up to `enough` where it is no more than that.
+    fn distance(&self, place: DVec3, mut least: f64, enough: f64, families: &[Range<u32>]) -> f64 {
+        let is_held = |octant: u32| families.iter().any(|family| family.contains(&octant));
+        for child in families.iter().cloned().flatten() {
+            let i = child as usize;
+            let within = least + self.reaches[i];
+            if place.distance_squared(self.stars.vertices[i]) >= within * within {
+                continue;
+            }
+            for edge in bits(self.stars.level.crossed[i].any) {
+                let Some(octants) = self.stars.octants(i, edge) else { continue };
+                // A patch is met at the first of its octants.
+                if octants.iter().any(|&other| other < child && is_held(other)) {
+                    continue;
+                }
+                let [a, b, c, d] = octants.map(|octant| self.stars.vertices[octant as usize]);
+                for face in [face(a, b, c), face(a, c, d)] {
+                    least = least.min(face.distance_squared(place).sqrt());
+                }
+            }
+            if least <= enough {
+                break;
+            }
+        }
+        least
+    }
+}
+
 /// A quad as two triangles, in both ways.
 fn cuts([a, b, c, d]: [DVec3; 4]) -> [[Face; 2]; 2] {
-    let face = |p: DVec3, q: DVec3, r: DVec3| Face::new([p, q, r].map(|p| p.to_array()));
     [[face(a, b, c), face(a, c, d)], [face(b, c, d), face(b, d, a)]]
+}
+
+fn face(p: DVec3, q: DVec3, r: DVec3) -> Face {
+    Face::new([p, q, r].map(|p| p.to_array()))
 }
 
 /// The distance of a point from the nearest of some faces, squared; anything up to `enough` where it
@@ -276,11 +349,11 @@ fn grown(bound: f64, faces: &[Vec<Face>; 2], p: DVec3, extent: f64) -> f64 {
 
 fn of_octants(
     stars: &Stars<'_>,
-    below: &Level,
+    finer: &Stars<'_>,
     firsts: &[u32],
     run: &Run,
 ) -> Result<Vec<f32>, Cancelled> {
-    let Stars { level, size, .. } = stars;
+    let level = stars.level;
     let parts = par::blocks(run, level.codes.len(), BLOCK, |block| {
         let mut faces = [Vec::new(), Vec::new()];
         let bound = |i: usize| {
@@ -291,7 +364,7 @@ fn of_octants(
             let first = firsts[i] as usize;
             let children = first..first + level.masks[i].count_ones() as usize;
             let extent = stars.extent();
-            children.fold(0.0, |b, c| grown(b, &faces, below.vertex(c, size / 2), extent)) as f32
+            children.fold(0.0, |b, c| grown(b, &faces, finer.vertices[c], extent)) as f32
         };
         block.map(bound).collect::<Vec<_>>()
     })?;
@@ -307,38 +380,25 @@ fn of_patches(
     run: &Run,
 ) -> Result<Vec<(u32, f32)>, Cancelled> {
     let level = stars.level;
+    let reaches = finer.reaches(run)?;
+    let below = Below { stars: finer, masks: &level.masks, firsts, reaches: &reaches };
+    let extent = stars.extent();
     let parts = par::blocks(run, level.codes.len(), BLOCK, |block| {
         let mut found = Vec::new();
-        let mut faces = [Vec::new(), Vec::new()];
         for i in block {
             if level.crossed[i].any != 0 && level.shapes[i] < EVEN {
-                let mut least = [f64::INFINITY];
-                stars.shortened(
-                    &mut least,
-                    [level.vertex(i, stars.size)],
-                    i,
-                    finer,
-                    firsts,
-                    &mut faces,
-                );
-                let bound = least[0].sqrt().min(stars.extent()) as f32;
-                found.push((i as u32, bound));
+                let off = below.furthest([stars.vertices[i]], [i as u32]);
+                found.push((i as u32, off.min(extent) as f32));
             }
             // Each edge by the octant on whose low sides it lies.
             for edge in [0, 4, 8].into_iter().filter(|e| level.crossed[i].any >> e & 1 == 1) {
                 let Some(octants) = stars.octants(i, edge) else { continue };
-                let ring = octants.map(|o| level.vertex(o as usize, stars.size));
+                let ring = octants.map(|o| stars.vertices[o as usize]);
                 if is_flat(level, octants, ring, stars.size) {
                     continue;
                 }
-                let middles = middles(ring);
-                let mut least = [f64::INFINITY; 6];
-                for octant in octants.map(|o| o as usize) {
-                    stars.shortened(&mut least, middles, octant, finer, firsts, &mut faces);
-                }
-                let most = least.into_iter().fold(0.0, f64::max);
-                let bound = most.sqrt().min(stars.extent()) as f32;
-                found.extend(octants.map(|octant| (octant, bound)));
+                let off = below.furthest(middles(ring), octants);
+                found.extend(octants.map(|octant| (octant, off.min(extent) as f32)));
             }
         }
         found
@@ -368,18 +428,19 @@ fn is_flat(level: &Level, octants: [u32; 4], ring: [DVec3; 4], size: u32) -> boo
 /// How far patches are from the surface on the finest level: as far as the surface from them, or as the
 /// octant's vertex from the nearest plane of its crossings.
 fn of_vertices(
-    level: &Level,
+    stars: &Stars<'_>,
     own: &[f32],
     leaves: &Leaves,
     crossings: &Crossings,
     run: &Run,
 ) -> Result<Vec<f32>, Cancelled> {
+    let level = stars.level;
     let parts = par::blocks(run, own.len(), BLOCK, |block| {
         let bound = |i: usize| {
             if level.crossed[i].any == 0 || level.shapes[i] >= EVEN {
                 return own[i];
             }
-            let vertex = level.vertex(i, 1);
+            let vertex = stars.vertices[i];
             let mut least = f64::INFINITY;
             for found in leaves.found(i) {
                 let Found::Edge(edge, _) = found else { continue };

@@ -7,7 +7,7 @@ use super::field;
 use super::leaves::Leaves;
 use super::pyramid::{Finish, Level, pyramid};
 use super::rim::Rim;
-use super::tree::{Lod, Node, Parts, error_step};
+use super::tree::{Lod, Node, Parts, error_step, leaf_error, leaf_shape};
 use super::{LodError, MOST_LEVELS};
 use crate::lattice::{Lattice, LatticeError};
 use crate::mesh::Mesh;
@@ -272,6 +272,7 @@ fn columns(
         }
         kept = below;
     }
+    rounded(&nodes, &mut errors, &mut shapes);
     Parts {
         levels,
         frame,
@@ -282,5 +283,21 @@ fn columns(
         vertices: vertices.into(),
         normals: normals.into(),
         colours: coloured.then(|| colours.into()),
+    }
+}
+
+/// Rounds the bounds and the flatness of octants without children, where nothing is chosen by them, to the
+/// side that promises less: bounds of octants above stay no less.
+fn rounded(nodes: &[Node], errors: &mut [u8], shapes: &mut [u8]) {
+    for (i, node) in nodes.iter().enumerate().rev() {
+        if node.children() == 0 {
+            errors[i] = leaf_error(errors[i]);
+            shapes[i] = leaf_shape(shapes[i]);
+        } else {
+            let first = node.first_child() as usize;
+            let below = &errors[first..first + node.children().count_ones() as usize];
+            let worst = below.iter().copied().max().unwrap_or(0);
+            errors[i] = errors[i].max(worst);
+        }
     }
 }

@@ -116,7 +116,8 @@ impl Leaves {
             }
             part
         });
-        let mut all = Self::default();
+        let count = parts.iter().map(|part| part.codes.len()).sum();
+        let mut all = Self { sums: Vec::with_capacity(count), ..Self::default() };
         for part in parts {
             all.codes.extend(part.codes);
             all.sums.extend(part.sums);

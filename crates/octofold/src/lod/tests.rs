@@ -426,6 +426,20 @@ fn deep_models_grow_with_their_surface() {
 }
 
 #[test]
+fn octants_promise_no_less_than_those_below_and_leaves_no_more_than_is_known() {
+    for lod in CLOSED.iter() {
+        for (i, node) in lod.nodes().iter().enumerate() {
+            let below = (0..8).filter(|o| node.children() >> o & 1 == 1).map(|o| node.child(o));
+            assert!(below.map(|c| lod.error(c)).all(|error| error <= lod.error(i as u32)));
+        }
+    }
+    for step in 0..=255 {
+        assert!((0..2).contains(&(tree::leaf_error(step) - step)));
+        assert!((0..17).contains(&(step - tree::leaf_shape(step))));
+    }
+}
+
+#[test]
 fn early_leaves_save_octants_and_keep_creases() {
     let mesh = Sample::Cube.polygons(1).unwrap().triangulate();
     let counts = [false, true].map(|early_leaves| {

@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 ///
 /// Edge `4 axis + b + 2 c` of an octant runs along `axis` on the low (0) or high (1) side along the
 /// next axis (`b`) and the one after (`c`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Node {
     first: u32,
@@ -146,6 +146,17 @@ pub(super) fn error_step(error: f64) -> u8 {
     ERRORS.partition_point(|&bound| bound < error).min(255) as u8
 }
 
+/// The lowest step of an octant without children that is not below another: a quarter of an octave
+/// apart.
+pub(super) fn leaf_error(step: u8) -> u8 {
+    if step == 0 { 0 } else { step | 1 }
+}
+
+/// The highest flatness of an octant without children that is not above another: in fifteenths.
+pub(super) fn leaf_shape(shape: u8) -> u8 {
+    shape / 17 * 17
+}
+
 impl Lod {
     /// The model of these columns, once they are found to fit together. Every later walk ends and
     /// stays inside, whatever the columns hold.
@@ -239,13 +250,14 @@ impl Lod {
     }
 
     /// A bound of how far the surface in an octant is from the patches round the octant's vertex,
-    /// in finest cells; never less than that of an octant inside.
+    /// in finest cells; never less than that of an octant inside. In octaves, it is told in eighths;
+    /// where an octant has no children, in quarters.
     pub fn error(&self, node: u32) -> f64 {
         ERRORS[self.parts.errors[node as usize] as usize]
     }
 
     /// `(min n_i . n_j + 1) / 2` over the normals of the surface in an octant: 1 where it is flat,
-    /// 0 where it turns back.
+    /// 0 where it turns back. Where an octant has no children, it is rounded down to fifteenths.
     pub fn flatness(&self, node: u32) -> f64 {
         f64::from(self.parts.shapes[node as usize]) / 255.0
     }

@@ -7,10 +7,7 @@
 //! lost, and every platform gets the same bytes. Source: specification (D3.3, D3.4, D3.7).
 
 pub mod bricks;
-mod counted;
 mod direct;
-mod logistic;
-mod mixer;
 mod mixture;
 mod neighbourhood;
 pub mod payload;

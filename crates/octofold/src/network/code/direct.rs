@@ -3,10 +3,10 @@
 //! A context that is met for the first time takes over what its sixteen nearest voxels tell, and
 //! those take over what is known of solids at large. Source: specification (D3.3, P-fast).
 
-use super::counted::Counted;
-use super::logistic::Logistic;
 use super::prior;
 use super::walk::Model;
+use crate::range::counted::Counted;
+use crate::range::logistic::Logistic;
 
 /// Chances by context.
 #[derive(Debug)]

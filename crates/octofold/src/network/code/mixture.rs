@@ -5,14 +5,14 @@
 //! gain. All is in integers, so that every platform gets the same. Source: specification (D3.4,
 //! P-mix).
 
-use super::counted::Counted;
 use super::direct::far;
-use super::logistic::{Logistic, Logit};
-use super::mixer::{Mixer, ONE};
 use super::neighbourhood::MARGIN;
 use super::prior;
 use super::regression::Regression;
 use super::walk::Model;
+use crate::range::counted::Counted;
+use crate::range::logistic::{Logistic, Logit};
+use crate::range::mixer::{Mixer, ONE};
 
 /// Contexts that are counted.
 const CONTEXTS: usize = 8;

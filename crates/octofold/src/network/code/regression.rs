@@ -3,10 +3,10 @@
 //! Its weights follow what happens, for each way in which six voxels next to it are filled. They
 //! start from what is known of solids at large.
 
-use super::logistic::Logistic;
-use super::mixer::error;
 use super::prior;
 use super::walk::NEAR;
+use crate::range::logistic::Logistic;
+use crate::range::mixer::error;
 
 /// How far to both sides it looks in each row, from the first of the archive model's rows on: a ball
 /// of squared radius 13.

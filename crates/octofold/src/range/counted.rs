@@ -1,9 +1,12 @@
 //! Chances that are counted by context.
 
+use bytemuck::Zeroable;
+
 /// A chance in the upper 22 bits, and how often it was told right or wrong in the lower 10.
 ///
 /// Zero stands for a context that was never met.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Zeroable)]
+#[repr(transparent)]
 pub struct Counted(u32);
 
 /// The least chance, in 2^32.
