@@ -266,8 +266,7 @@ impl Bricks {
             Content::Part(i) => Some(self.parts[*i as usize].stream),
             _ => None,
         };
-        let mut needed: Vec<u32> =
-            rows().flat_map(|[y, z]| row(y, z)).filter_map(number).collect();
+        let mut needed: Vec<u32> = rows().flat_map(|[y, z]| row(y, z)).filter_map(number).collect();
         par::sort(&mut needed);
         needed.dedup();
         let solids = par::blocks(run, needed.len(), BLOCK, |range| {

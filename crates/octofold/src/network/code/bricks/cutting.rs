@@ -30,7 +30,7 @@ struct Knot {
 }
 
 /// A run of voxels in a brick: z, y, start and end.
-type Run4 = [u8; 4];
+type Piece = [u8; 4];
 
 /// The parts of a solid, in order.
 pub fn parts(solid: &Spans, run: &Run) -> Result<Vec<(Cell, State)>, Cancelled> {
@@ -120,7 +120,7 @@ fn single(solid: &Spans, run: &Run) -> Result<Vec<State>, Cancelled> {
         range.flat_map(|i| cut(solid, i % rows, i / rows)).collect::<Vec<_>>()
     })?;
     let cut: Vec<_> = cut.into_iter().flatten().collect();
-    let mut numbers: FxHashMap<(&[Run4], [usize; 3]), usize> = FxHashMap::default();
+    let mut numbers: FxHashMap<(&[Piece], [usize; 3]), usize> = FxHashMap::default();
     let mut different = Vec::new();
     let number = cut.iter().enumerate().map(|(i, brick)| {
         let Err(own) = brick else { return 0 };
@@ -137,14 +137,15 @@ fn single(solid: &Spans, run: &Run) -> Result<Vec<State>, Cancelled> {
     let packets = par::blocks(run, different.len(), BLOCK, |range| {
         let mut model = Direct::of_part();
         let packets = different[range].iter().map(|(runs, voxels)| {
-            let run = |&[z, y, start, end]: &Run4| ([y, z].map(u32::from), [start, end].map(u32::from));
+            let run =
+                |&[z, y, start, end]: &Piece| ([y, z].map(u32::from), [start, end].map(u32::from));
             let part = Spans::from_runs(*voxels, Placement::default(), runs.iter().map(run));
             stream::write(&mut model, &part, &[2, 1, 0], u64::MAX)
         });
         packets.collect::<Vec<_>>()
     })?;
     let packets = packets.concat();
-    let state = |(brick, i): (&Result<State, Vec<Run4>>, usize)| match brick {
+    let state = |(brick, i): (&Result<State, Vec<Piece>>, usize)| match brick {
         Ok(known) => known.clone(),
         Err(_) => packets[i].clone().map_or(State::Halved, State::Part),
     };
@@ -152,10 +153,10 @@ fn single(solid: &Spans, run: &Run) -> Result<Vec<State>, Cancelled> {
 }
 
 /// The bricks of one row of bricks: what is known of them, or their runs.
-fn cut(solid: &Spans, row: usize, layer: usize) -> Vec<Result<State, Vec<Run4>>> {
+fn cut(solid: &Spans, row: usize, layer: usize) -> Vec<Result<State, Vec<Piece>>> {
     let dims = solid.dims();
     let [nx, ..] = counts(dims);
-    let mut bricks: Vec<Vec<Run4>> = vec![Vec::new(); nx];
+    let mut bricks: Vec<Vec<Piece>> = vec![Vec::new(); nx];
     let within = |i: usize, a: usize| i * SIDE..((i + 1) * SIDE).min(dims[a]);
     for z in within(layer, 2) {
         for y in within(row, 1) {
@@ -173,7 +174,7 @@ fn cut(solid: &Spans, row: usize, layer: usize) -> Vec<Result<State, Vec<Run4>>>
         }
     }
     let area = (within(layer, 2).len() * within(row, 1).len()) as u64;
-    let known = |(i, brick): (usize, Vec<Run4>)| {
+    let known = |(i, brick): (usize, Vec<Piece>)| {
         let filled: u64 = brick.iter().map(|p| u64::from(p[3] - p[2])).sum();
         match filled {
             0 => Ok(State::Empty),

@@ -22,7 +22,8 @@ impl Cell {
 
     /// Its two halves, at a power of two; `None` of one brick.
     pub fn halves(self) -> Option<[Self; 2]> {
-        let longest = (0..3).rev().reduce(|a, b| if self.size[b] > self.size[a] { b } else { a })?;
+        let longest =
+            (0..3).rev().reduce(|a, b| if self.size[b] > self.size[a] { b } else { a })?;
         if self.size[longest] == 1 {
             return None;
         }
@@ -142,7 +143,8 @@ impl Tree {
     }
 
     fn stream(&mut self, coder: &mut impl Coder, truth: Option<Leaf>) -> Result<Leaf, CodeError> {
-        let (number, axis) = if let Some(Leaf::Stream(i, axis)) = truth { (i, axis) } else { (0, 0) };
+        let (number, axis) =
+            if let Some(Leaf::Stream(i, axis)) = truth { (i, axis) } else { (0, 0) };
         if self.streams == 0 || self.fresh.code(coder, number == self.streams) {
             self.streams += 1;
             let axis = match self.axis[0].code(coder, axis == 2) {
@@ -160,10 +162,7 @@ impl Tree {
 /// stream and what tells streams apart; also how many streams there are.
 ///
 /// A brick is most often what one of the three bricks before it is.
-pub fn grid(
-    coder: &mut Decoder<'_>,
-    dims: [usize; 3],
-) -> Result<(Vec<Content>, u32), CodeError> {
+pub fn grid(coder: &mut Decoder<'_>, dims: [usize; 3]) -> Result<(Vec<Content>, u32), CodeError> {
     let [nx, ny, nz] = counts(dims);
     let mut contents: Vec<Content> = Vec::new();
     let mut same = [[Chance::EVEN; 5]; 27];
