@@ -452,9 +452,9 @@ mod tests {
                 "9811b633a5820e75bff96c5285fdd9c55a79",
             ),
             concat!(
-                "4f464e0202030906061902c3c00fe3a00858502be952915fe69283e3802ccdd690672c040509",
-                "4308ba5d8bb30508620fa7e560bf203f2d8b31de3cf8910a8f207fa29dfa0d4d70b3025f3e22",
-                "7473f67e6e26bbd56306fee79c33c608f50baf8fabcadb864a2bd8a0",
+                "4f464e040203090606190203c00fe3a00858502be952915fe69283e380c56523353a9559ab81",
+                "c7d08ca953cb6f4b9a71c23f2d8b31de3cf8910a8f207fa29dfa0d4d70b3025f3e227473f67e",
+                "6e26bbd56306fee79c33c608f50baf8fabcadb864a2bd8a0",
             ),
         ];
         assert_eq!(LAYOUTS.map(hex), pinned);

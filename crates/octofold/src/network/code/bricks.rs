@@ -21,6 +21,7 @@ use cutting::State;
 use index::{Cell, Leaf, Tree, bounded, counts};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
+use std::sync::atomic::AtomicU64;
 use stream::{Coding, Packet};
 
 /// Voxels along a side of a brick.
@@ -269,12 +270,13 @@ impl Bricks {
         let mut needed: Vec<u32> = rows().flat_map(|[y, z]| row(y, z)).filter_map(number).collect();
         par::sort(&mut needed);
         needed.dedup();
+        let left = AtomicU64::new(super::MOST_RUNS);
         let solids = par::blocks(run, needed.len(), BLOCK, |range| {
             let coding = |i: u32| self.streams[i as usize].coding;
             let mut model = coding(needed[range.start]).model();
             let read = needed[range].iter().map(|&i| {
                 model.reset();
-                Ok(stream::read(&mut model, stream(i)?, coding(i))?)
+                Ok(stream::read(&mut model, stream(i)?, coding(i), &left)?)
             });
             read.collect::<Result<Vec<_>, E>>()
         })?;

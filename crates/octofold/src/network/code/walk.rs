@@ -194,6 +194,11 @@ impl Walk {
         Some(&self.known.slices[place])
     }
 
+    /// How many runs the last slice has.
+    pub fn count(&self) -> u64 {
+        self.known.slices[self.known.order[0]].runs().len() as u64
+    }
+
     /// The runs of a row of the last slice.
     pub fn runs(&self, y: u32) -> impl Iterator<Item = [u32; 2]> {
         let row = self.known.slices[self.known.order[0]].row(i64::from(y)).iter();

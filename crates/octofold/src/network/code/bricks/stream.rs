@@ -2,13 +2,14 @@
 
 use super::SIDE;
 use super::turned::turned;
-use crate::network::code::CodeError;
 use crate::network::code::direct::Direct;
 use crate::network::code::walk::Walk;
+use crate::network::code::{CodeError, MOST_RUNS};
 use crate::range::{Decoder, Encoder};
 use crate::rows::Rows;
 use crate::spans::Spans;
 use crate::volume::{Placement, Volume};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What a part of a solid is coded as.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -21,6 +22,9 @@ pub struct Packet {
     /// How much there is to do to read it, in decisions.
     pub work: u64,
 }
+
+/// The most that a part of several bricks may take to read, in decisions: far more than it does.
+const MOST_TO_READ: u64 = 1 << 20;
 
 /// How a stream is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,16 +90,27 @@ impl<'a> Reader<'a> {
     /// Reads the next slice.
     fn slice(&mut self, model: &mut Direct) -> Result<(), CodeError> {
         let slice = self.walk.slice(model, &mut self.coder, |_| &[]);
-        slice.map(|_| ()).ok_or(CodeError::CutOff)
+        slice.ok_or(CodeError::CutOff)?;
+        let is_brick = self.dims.iter().all(|&n| n <= SIDE);
+        if is_brick || self.walk.work() <= MOST_TO_READ { Ok(()) } else { Err(CodeError::Damaged) }
     }
 }
 
-/// All of the part.
-pub fn read(model: &mut Direct, stream: &[u8], coding: Coding) -> Result<Spans, CodeError> {
+/// All of the part; an error where it takes more runs than are `left`, which become fewer.
+pub fn read(
+    model: &mut Direct,
+    stream: &[u8],
+    coding: Coding,
+    left: &AtomicU64,
+) -> Result<Spans, CodeError> {
     let mut reader = Reader::new(stream, coding);
     let mut rows = Rows::default();
     for _ in 0..reader.dims[2] {
         reader.slice(model)?;
+        let own = reader.walk.count();
+        let fewer = |left: u64| left.checked_sub(own);
+        left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer)
+            .map_err(|_| CodeError::TooMany(MOST_RUNS))?;
         for y in 0..reader.dims[1] as u32 {
             reader.walk.runs(y).for_each(|run| rows.push(run));
             rows.end_row(y);
