@@ -7,7 +7,7 @@
 use libfuzzer_sys::fuzz_target;
 use octofold::Run;
 use octofold::network::code::bricks::Bricks;
-use octofold::network::code::{Mode, Reader};
+use octofold::network::code::{CodeError, Mode, Reader};
 use octofold::volume::Region;
 use octofold_io::{Source, ofn};
 
@@ -21,6 +21,9 @@ fuzz_target!(|bytes: &[u8]| {
     for mode in [Mode::Fast, Mode::Archive] {
         let _ = Reader::new([90, 30], mode, bytes, 10_000).pull(20, &run);
     }
-    let _ = Bricks::from_bytes([500, 300, 200], bytes, 1 << 20);
-    let _ = Bricks::is_filled(bytes, [3, 4, 5]);
+    let dims = [500, 300, 200];
+    let _ = Bricks::from_first_bytes(dims, bytes, 1 << 20);
+    if let Ok(bricks) = Bricks::from_bytes(dims, bytes, 1 << 20) {
+        let _ = bricks.is_filled([3, 4, 5], |_| Ok::<_, CodeError>(bytes));
+    }
 });

@@ -8,7 +8,9 @@ are scans of DATA and stand for the specification's two other scans. Where FOLDE
 that is taken instead. Every file is decoded and compared.
 
 Bits for each surface voxel, whole files: fast, archive, bricks of 64^3; and of the peers: packed bits
-with zstd-19, crackle with xz, compresso with xz. Seconds are those of octofold's own stages on one
+with zstd-19, crackle with xz, compresso with xz, a pointerless octree with zstd-19, the directed graph of
+equal subtrees (SVDAG) with the shortest pointers, and Draco's point cloud, which holds the surface voxels
+only and not which side is in. Seconds are those of octofold's own stages on one
 thread. `contains` is the whole command on a file in bricks, and the same without any file.
 """
 
@@ -224,12 +226,110 @@ def surface(voxels):
     return int(voxels.sum()) - int(hidden.sum())
 
 
+def shell(voxels):
+    """The surface voxels, as places."""
+    hidden = voxels.copy()
+    for axis in range(3):
+        for step in (1, -1):
+            beside = np.roll(voxels, step, axis)
+            border = [slice(None)] * 3
+            border[axis] = 0 if step == 1 else -1
+            beside[tuple(border)] = False
+            hidden &= beside
+    return np.argwhere(voxels & ~hidden)
+
+
+def levels(voxels):
+    """What the nodes of the region octree are, the voxels first: 0 empty, 1 full, 2 mixed."""
+    side = 1 << (max(voxels.shape) - 1).bit_length()
+    states = [np.pad(voxels, [(0, side - n) for n in voxels.shape]).astype(np.uint8)]
+    while len(states[-1]) > 1:
+        parts = [states[-1][z::2, y::2, x::2] for z, y, x in np.ndindex(2, 2, 2)]
+        upper = parts[0].copy()
+        for part in parts[1:]:
+            upper[part != upper] = 2
+        states.append(upper)
+    return states
+
+
+def children(at):
+    """Places of the children of nodes, eight for each."""
+    return (2 * at[:, None, :] + np.array(list(np.ndindex(2, 2, 2)))[None]).reshape(-1, 3)
+
+
+def octree(voxels):
+    """Breadth first: two bits for each child of a mixed node, one where children are voxels."""
+    states = levels(voxels)
+    at, planes = np.zeros((1, 3), int), [[states[-1][0, 0, 0] >> 1, states[-1][0, 0, 0] & 1]]
+    for level in range(len(states) - 2, -1, -1):
+        if level == len(states) - 2 and states[-1][0, 0, 0] != 2:
+            break
+        at = children(at)
+        own = states[level][tuple(at.T)]
+        planes.append(own if level == 0 else np.stack([own >> 1, own & 1], 1).ravel())
+        at = at[own == 2]
+    return np.packbits(np.concatenate(planes)).tobytes()
+
+
+def octree_back(data, side):
+    bits = np.unpackbits(np.frombuffer(data, np.uint8))
+    at, next = np.zeros((1, 3), int), 2
+    if bits[0] == 0:
+        return np.full((side,) * 3, bool(bits[1]))
+    voxels = np.zeros((side,) * 3, bool)
+    part = side // 2
+    while True:
+        at = children(at)
+        if part == 1:
+            voxels[tuple(at.T)] = bits[next:next + len(at)]
+            return voxels
+        own = bits[next:next + 2 * len(at)].reshape(-1, 2) @ np.array([2, 1])
+        next += 2 * len(at)
+        for z, y, x in at[own == 1] * part:
+            voxels[z:z + part, y:y + part, x:x + part] = True
+        at, part = at[own == 2], part // 2
+
+
+def svdag(voxels):
+    """Bytes of the graph: of each different node two bits for each child and a pointer for each mixed
+    one, as short as the nodes of the level below allow; of those above voxels eight bits."""
+    states = levels(voxels)
+    if states[-1][0, 0, 0] != 2:
+        return 1
+    ats = [np.zeros((1, 3), int)]
+    for level in range(len(states) - 2, 0, -1):
+        at = children(ats[-1])
+        ats.append(at[states[level][tuple(at.T)] == 2])
+    bits, number, below = 0, None, 0
+    for level, at in zip(range(1, len(states)), reversed(ats)):
+        own = children(at)
+        told = states[level - 1][tuple(own.T)].astype(np.int64)
+        if level > 1:
+            told[told == 2] += number
+        different, number = np.unique(told.reshape(-1, 8), axis=0, return_inverse=True)
+        number = number.ravel()
+        if level == 1:
+            bits += 8 * len(different)
+        else:
+            pointer = max(1, (below - 1).bit_length())
+            bits += 16 * len(different) + pointer * int((different >= 2).sum())
+        below = len(different)
+    # How many nodes each level has.
+    return (bits + 7) // 8 + 4 * len(states)
+
+
 def peers(voxels):
     sizes = {}
+    coded = octree(voxels)
+    side = 1 << (max(voxels.shape) - 1).bit_length()
+    back = octree_back(coded, side)[tuple(slice(n) for n in voxels.shape)]
+    assert np.array_equal(back, voxels), "octree"
+    sizes["svdag+"] = svdag(voxels)
     try:
         import zstandard
 
         sizes["bits+zstd"] = len(zstandard.ZstdCompressor(level=19).compress(np.packbits(voxels).tobytes()))
+        sizes["octree+zstd"] = len(zstandard.ZstdCompressor(level=19).compress(coded))
         import crackle
 
         labels = np.asfortranarray(voxels.astype(np.uint8).transpose(2, 1, 0))
@@ -237,6 +337,15 @@ def peers(voxels):
         import compresso
 
         sizes["compresso+xz"] = len(lzma.compress(compresso.compress(labels), preset=9))
+        import DracoPy
+
+        points = shell(voxels)
+        cloud = DracoPy.encode(
+            points.astype(np.float32), quantization_bits=(side - 1).bit_length(), quantization_range=side - 1,
+            quantization_origin=[0, 0, 0], compression_level=10 if side <= 256 else 7)
+        known = np.rint(DracoPy.decode(cloud).points).astype(int)
+        assert np.array_equal(np.unique(known, axis=0), np.unique(points, axis=0)), "Draco"
+        sizes["draco+"] = len(cloud)
     except ImportError as error:
         print(f"  without {error.name}")
     return sizes
@@ -275,7 +384,7 @@ def measure(n, folder):
     best = [min(v for k, v in row.items() if "+" in k) for row in table.values() if len(row) > 3]
     if best:
         print(f"{n} best of the peers for each shape: {mean(best):.4f}")
-        for kind in ("fast", "archive"):
+        for kind in ("fast", "archive", "bricks"):
             lost = [name for name, row in table.items() if min(v for k, v in row.items() if "+" in k) < row[kind]]
             print(f"{n} a peer is smaller than {kind} on: {', '.join(lost) or 'none'}")
     cold(folder / "bricks.ofn", n)

@@ -4,7 +4,7 @@
 //!
 //! | bytes | what |
 //! | --- | --- |
-//! | 4 | `OFN` and the version: 1, or 2 with a payload |
+//! | 4 | `OFN` and the version: 1, or 2 with a payload; in bricks 3, or 4 with a payload |
 //! | 1 | flags: 1 archive mode, 2 bricks, 4 as many voxels along every axis, 8 a placement follows, 16 whose voxels are upright cubes; the upper three bits are the unit |
 //! | 0 or 1 | version 2: flags of the payload |
 //! | 1 or 3 counts | voxels along x, y and z |
@@ -12,10 +12,13 @@
 //! | count | runs of voxels along x |
 //!
 //! A stream takes the rest of the file but four bytes, which are the CRC-32C of all before them. With
-//! bricks there follow the length of their index, the index and the CRC-32C of all so far; then each
-//! brick's stream with its own CRC-32C before it. What the streams hold is told in
-//! [`octofold::network::code`], how labels and colours stand behind them in `carried`. Files without these
-//! are of version 1.
+//! bricks there follow the length of their index and the index, then their streams in groups of at
+//! least 4096 bytes but for the last; behind each group stands its CRC-32C, that of the first being
+//! of all before it. What the streams hold is told in [`octofold::network::code`], how labels and
+//! colours stand behind them in `carried`.
+//!
+//! Files in bricks of versions 1 and 2 are read too: there the index is followed by the CRC-32C of all
+//! so far, and each brick's stream has its own before it.
 
 mod carried;
 
@@ -23,7 +26,7 @@ use crate::slabs::lost;
 use crate::source::Bytes;
 use crate::{At, ReadError, Sink, Source, WriteError, mapped::sound_placement};
 use carried::{Carried, MOST_NODES};
-use octofold::network::code::bricks::{self, Bricks, Content};
+use octofold::network::code::bricks::{self, Bricks};
 use octofold::network::code::{CodeError, MOST_RUNS, Mode, Reader, SLAB, Writer};
 use octofold::network::painted::{PaintError, Painted};
 use octofold::network::{MOST_VOXELS, NetworkError};
@@ -31,6 +34,7 @@ use octofold::payload::Kinds;
 use octofold::spans::Spans;
 use octofold::volume::Region;
 use octofold::{LengthUnit, Placement, Run, Volume};
+use std::ops::Range;
 
 const FORMAT: &str = "ofn";
 
@@ -39,6 +43,9 @@ pub(crate) const MAGIC: &[u8] = b"OFN\x01";
 
 /// The same of a file with a payload.
 const MAGIC_CARRIED: &[u8] = b"OFN\x02";
+
+/// The same of a file in bricks, and of one with a payload.
+const MAGIC_BRICKS: [&[u8]; 2] = [b"OFN\x03", b"OFN\x04"];
 
 const ARCHIVE: u8 = 1;
 const BRICKS: u8 = 2;
@@ -58,6 +65,9 @@ pub(crate) const UNITS: [LengthUnit; 6] = [
 
 /// Bytes of a checksum.
 const SUM: usize = 4;
+
+/// The least bytes of streams of bricks that share a checksum, but for the last.
+const GROUP: u64 = 4096;
 
 /// How a solid is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -122,10 +132,17 @@ pub fn write_as(
             put_index(index);
             parts
         });
-        put_sum(&mut out);
-        for stream in streams.into_iter().chain(parts.into_iter().flatten()) {
-            out.extend(crc32c(&stream).to_le_bytes());
-            out.extend(stream);
+        let mut summed = 0;
+        let mut streams = streams.iter();
+        for group in groups(bricks.lengths().map(u64::from)) {
+            streams.by_ref().take(group).for_each(|stream| out.extend(stream));
+            let sum = crc32c(&out[summed..]);
+            out.extend(sum.to_le_bytes());
+            summed = out.len();
+        }
+        for part in parts.into_iter().flatten() {
+            out.extend(crc32c(&part).to_le_bytes());
+            out.extend(part);
         }
         out
     } else if let Some(painted) = &painted {
@@ -205,7 +222,12 @@ fn header(solid: &Spans, layout: Layout, kinds: Kinds, runs: u64) -> Vec<u8> {
     let upright = placement.axes == Placement::spacing([side; 3]).axes;
     let unit = placement.unit.and_then(|unit| UNITS.iter().position(|u| *u == unit));
     let flag = |set, flag| if set { flag } else { 0 };
-    let mut out = if kinds.is_none() { MAGIC } else { MAGIC_CARRIED }.to_vec();
+    let version = match (layout.bricks, kinds.is_none()) {
+        (true, plain) => MAGIC_BRICKS[usize::from(!plain)],
+        (false, true) => MAGIC,
+        (false, false) => MAGIC_CARRIED,
+    };
+    let mut out = version.to_vec();
     out.push(
         flag(layout.mode == Mode::Archive && !layout.bricks, ARCHIVE)
             | flag(layout.bricks, BRICKS)
@@ -255,9 +277,68 @@ pub struct File {
 /// Where the solid is.
 enum Body {
     /// In one stream.
-    Stream(std::ops::Range<usize>),
-    /// In bricks, whose streams begin there.
-    Bricks(Bricks, Vec<usize>),
+    Stream(Range<usize>),
+    /// In bricks.
+    Bricks(Bricks, Stored),
+}
+
+/// Where streams of bricks are.
+#[derive(Debug, Default)]
+struct Stored {
+    /// Where each stream begins, and which sum it is under.
+    streams: Vec<(usize, usize)>,
+    /// Bytes that are summed, and where their sums stand.
+    sums: Vec<(Range<usize>, usize)>,
+    /// One past all.
+    end: usize,
+}
+
+impl Stored {
+    /// In groups, behind a header and index that end at a byte.
+    fn in_groups(lengths: &[u32], head: usize) -> Self {
+        let mut stored = Self { end: head, ..Self::default() };
+        let mut summed = 0;
+        let mut lengths = lengths.iter();
+        for group in groups(lengths.clone().map(|&l| u64::from(l))) {
+            for &length in lengths.by_ref().take(group) {
+                stored.streams.push((stored.end, stored.sums.len()));
+                stored.end += length as usize;
+            }
+            stored.sums.push((summed..stored.end, stored.end));
+            stored.end += SUM;
+            summed = stored.end;
+        }
+        stored
+    }
+
+    /// Each behind a sum of its own, as files of the first versions have them.
+    fn alone(lengths: &[u32], head: usize) -> Self {
+        let mut stored = Self { sums: vec![(0..head, head)], end: head + SUM, ..Self::default() };
+        for &length in lengths {
+            let start = stored.end + SUM;
+            stored.streams.push((start, stored.sums.len()));
+            stored.sums.push((start..start + length as usize, stored.end));
+            stored.end = start + length as usize;
+        }
+        stored
+    }
+}
+
+/// How many streams each group has.
+fn groups(lengths: impl Iterator<Item = u64>) -> Vec<usize> {
+    let mut groups = vec![0];
+    let mut bytes = 0;
+    for length in lengths {
+        if bytes >= GROUP {
+            groups.push(0);
+            bytes = 0;
+        }
+        if let Some(last) = groups.last_mut() {
+            *last += 1;
+        }
+        bytes += length;
+    }
+    groups
 }
 
 impl File {
@@ -265,9 +346,10 @@ impl File {
     pub fn open(source: &Source, run: &Run) -> Result<Self, ReadError> {
         let bytes = source.bytes.clone();
         let mut head = Head { bytes: &bytes, next: 0 };
-        let carries = match head.take(4)? {
-            MAGIC => false,
-            MAGIC_CARRIED => true,
+        let (carries, is_grouped) = match head.take(4)? {
+            MAGIC => (false, false),
+            MAGIC_CARRIED => (true, false),
+            magic if MAGIC_BRICKS.contains(&magic) => (magic == MAGIC_BRICKS[1], true),
             [b'O', b'F', b'N', version] => {
                 let fact = format!("version {version} of the format is not known here");
                 return Err(ReadError::unsupported(FORMAT, fact));
@@ -275,6 +357,9 @@ impl File {
             _ => return Err(head.wrong("the file does not begin with OFN")),
         };
         let flags = head.take(1)?[0];
+        if is_grouped && flags & BRICKS == 0 {
+            return Err(head.wrong("no bricks in a file of this version"));
+        }
         let kinds = if carries { carried::kinds(head.take(1)?[0]) } else { None };
         if carries && kinds.is_none() {
             return Err(head.wrong("no such payload"));
@@ -308,24 +393,28 @@ impl File {
             let of_payload = kinds.map(|kinds| Ok::<_, ReadError>((kinds, next_index()?)));
             let of_payload = of_payload.transpose()?;
             let end = head.next;
-            head.sum(0..end, end)?;
-            let rest = bytes.len() - end - SUM;
-            let index = Bricks::from_bytes(dims, index, rest as u64).map_err(damaged)?;
-            let mut start = end + SUM;
-            let starts = index.lengths().iter().map(|&length| {
-                let own = start;
-                start += SUM + length as usize;
-                own
-            });
-            let starts: Vec<usize> = starts.collect();
+            let rest = (bytes.len() - end) as u64;
+            let (index, stored) = if is_grouped {
+                let index = Bricks::from_bytes(dims, index, rest).map_err(damaged)?;
+                let lengths: Vec<u32> = index.lengths().collect();
+                (index, Stored::in_groups(&lengths, end))
+            } else {
+                head.sum(0..end, end)?;
+                let index = Bricks::from_first_bytes(dims, index, rest).map_err(damaged)?;
+                let lengths: Vec<u32> = index.lengths().collect();
+                (index, Stored::alone(&lengths, end))
+            };
             if let Some((kinds, index)) = of_payload {
                 let end = bytes.len();
-                carried = Some(Carried::in_bricks(kinds, dims, index, start, end)?);
-            } else if start != bytes.len() {
-                let fact = format!("the bricks end at byte {start}, the file at {}", bytes.len());
+                carried = Some(Carried::in_bricks(kinds, dims, index, stored.end, end)?);
+            } else if stored.end != bytes.len() {
+                let fact =
+                    format!("the bricks end at byte {}, the file at {}", stored.end, bytes.len());
                 return Err(ReadError::malformed(FORMAT, At::File, fact));
             }
-            Body::Bricks(index, starts)
+            let (summed, at) = stored.sums[0].clone();
+            head.sum(summed, at)?;
+            Body::Bricks(index, stored)
         } else if let Some(kinds) = kinds {
             let length = head.count()?;
             let told = carried::columns_of(kinds).map(|_| head.count());
@@ -375,14 +464,10 @@ impl File {
             return Ok(false);
         }
         match &self.body {
-            Body::Bricks(index, starts) => match index.at(at) {
-                Content::Empty => Ok(false),
-                Content::Full => Ok(true),
-                Content::Stream(i) => {
-                    let stream = self.brick(index, starts, i)?;
-                    Bricks::is_filled(stream, at).map_err(damaged)
-                }
-            },
+            Body::Bricks(index, stored) => {
+                let stream = |i| self.brick(index, stored, i).map_err(Failed);
+                Ok(index.is_filled(at, stream)?)
+            }
             Body::Stream(_) => {
                 let mut slabs = self.slabs(run)?;
                 for _ in 0..at[2] / SLAB {
@@ -408,8 +493,8 @@ impl File {
     /// The part of the solid in a region of its box; of bricks only those in the region are read.
     pub fn region(&self, region: Region, run: &Run) -> Result<Spans, ReadError> {
         match &self.body {
-            Body::Bricks(index, starts) => {
-                let stream = |i| self.brick(index, starts, i).map_err(Failed);
+            Body::Bricks(index, stored) => {
+                let stream = |i| self.brick(index, stored, i).map_err(Failed);
                 let mut part = index.region(region, stream, run)?;
                 part.placement = self.placement;
                 part.placement.origin = self.placement.place(region.start.map(|i| i as f64));
@@ -444,12 +529,13 @@ impl File {
         Ok(Slabs { file: self, reader, from: 0 })
     }
 
-    /// The stream of a brick.
-    fn brick(&self, index: &Bricks, starts: &[usize], i: u32) -> Result<&[u8], ReadError> {
-        let start = starts[i as usize] + SUM;
-        let end = start + index.lengths()[i as usize] as usize;
-        Head { bytes: &self.bytes, next: 0 }.sum(start..end, start - SUM)?;
-        Ok(&self.bytes[start..end])
+    /// The stream of a part.
+    fn brick(&self, index: &Bricks, stored: &Stored, i: u32) -> Result<&[u8], ReadError> {
+        let (start, sum) = stored.streams[i as usize];
+        let length = index.lengths().nth(i as usize).unwrap_or_default() as usize;
+        let (range, at) = stored.sums[sum].clone();
+        Head { bytes: &self.bytes, next: 0 }.sum(range, at)?;
+        Ok(&self.bytes[start..start + length])
     }
 }
 
@@ -570,9 +656,10 @@ impl<'a> Head<'a> {
     }
 
     /// Checks the sum that stands at `at` for the bytes of `range`.
-    fn sum(&self, range: std::ops::Range<usize>, at: usize) -> Result<(), ReadError> {
+    fn sum(&self, range: Range<usize>, at: usize) -> Result<(), ReadError> {
         let told = self.bytes.get(at..at + SUM).and_then(|b| b.try_into().ok());
-        if told.map(u32::from_le_bytes) == Some(crc32c(&self.bytes[range])) {
+        let told = told.map(u32::from_le_bytes);
+        if told.is_some() && told == self.bytes.get(range).map(crc32c) {
             return Ok(());
         }
         let fact = "the checksum is wrong: the file is damaged or cut off";
@@ -706,11 +793,42 @@ mod tests {
                 "000000002b038ee8abcdc35db1e5f135a1846518a05ce935723f",
             ),
             concat!(
-                "4f464e011a090808000000000000e03f0000000000000000000000000000f03f00000000",
-                "000000002b02c340b98b94f44a2032380951207014e7951089cc55066ffcf1bff48174ca",
+                "4f464e031a090808000000000000e03f0000000000000000000000000000f03f00000000",
+                "000000002b0203c0c6b296f95199780ba215e4351e0dfb8093f5700e",
             ),
         ];
         assert_eq!(LAYOUTS.map(hex), pinned);
+    }
+
+    #[test]
+    fn bricks_of_the_first_versions_are_read() {
+        // Four bricks, the last two of them nearly empty.
+        let written = concat!(
+            "4f464e0102461442c70603d0012b3fd96ec3ae7a97140eb5f52c0754cacf1ab11e762f4e",
+            "b48e5f7309f5ee9983371938ded6c65e8f6218add3babb7e8d8897e2989b58273503cd38",
+            "10425e53422ff1babfe2118d091c402838ecb2faafa5b95988562edb43b345ec086994a2",
+            "10d3dce02e5441fce3596f9e5c32df2868293d371b9ff1206cca7e706dbf6ec8459d404b",
+            "fa938421ffaa3d989e1072d0e6b0683806d3f161ac4e839c3ddbc09946de6f17bfa119fb",
+            "090f3f9022608a954f85c0315c5f4120a9f5f0cb8562738c633e4b1f2241ba0e00255822",
+            "8ac3bade03fcd9f2b32e1c8956563e37547e2b5b972ed5fff8aae6a5f21dcb6a82f97810",
+            "becd1ef3aa5f60a001a503fd81caac1e94a536decf0312df51e3629ac066e18e68d50627",
+            "27902c11063d54fcdbe5aad3efdfd4db9cd4e11c2a69ad9c74ad25daef56a16277cb7091",
+            "a2f20e96289b25c87c6fc5ea6dd9475a",
+        );
+        let bytes: Vec<u8> = written
+            .as_bytes()
+            .chunks(2)
+            .map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap())
+            .collect();
+        let expected = ball([70, 20, 66], Placement::default());
+        let all = Region::all(expected.dims());
+        let file = open(&bytes).unwrap();
+        let run = Run::default();
+        assert_eq!(samples(&file.solid(&run).unwrap(), all), samples(&expected, all));
+        for end in 0..bytes.len() {
+            let read = open(&bytes[..end]).and_then(|file| file.solid(&run).map(|_| ()));
+            assert!(read.is_err(), "{end}");
+        }
     }
 
     #[test]
@@ -749,17 +867,10 @@ mod tests {
     }
 
     /// Where sums stand, and of which bytes.
-    fn sums(bytes: &[u8]) -> Vec<(std::ops::Range<usize>, usize)> {
+    fn sums(bytes: &[u8]) -> Vec<(Range<usize>, usize)> {
         match &open(bytes).unwrap().body {
             Body::Stream(range) => vec![(0..range.end, range.end)],
-            Body::Bricks(index, starts) => {
-                let head = starts[0] - SUM;
-                let streams = starts
-                    .iter()
-                    .zip(index.lengths())
-                    .map(|(&start, &length)| (start + SUM..start + SUM + length as usize, start));
-                std::iter::once((0..head, head)).chain(streams).collect()
-            }
+            Body::Bricks(_, stored) => stored.sums.clone(),
         }
     }
 
@@ -771,7 +882,8 @@ mod tests {
         };
         let head = |flags: u8, rest: &[u8]| summed([MAGIC, &[flags], rest].concat());
         for (bytes, says) in [
-            (b"OFN\x03....".to_vec(), "version 3"),
+            (b"OFN\x05....".to_vec(), "version 5"),
+            (summed([MAGIC_BRICKS[0], &[CUBE, 1, 1]].concat()), "no bricks"),
             (b"VOX ".to_vec(), "does not begin"),
             (head(CUBE, &[0]), "no voxels"),
             (head(CUBE, &[0x81, 0x80, 0x04]), "65537 voxels"),

@@ -163,6 +163,11 @@ impl Chance {
     /// True once in 512 times, as far as is known.
     pub const RARE: Self = Self { chance: 1 << 23, seen: 8 };
 
+    /// True so many times in a hundred, as was seen so often.
+    pub const fn told(percent: u32, seen: u32) -> Self {
+        Self { chance: u32::MAX / 100 * percent, seen }
+    }
+
     /// Codes a decision and learns from it.
     pub fn code(&mut self, coder: &mut impl Coder, bit: bool) -> bool {
         let bit = coder.code(self.chance, bit);

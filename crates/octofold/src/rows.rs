@@ -136,35 +136,39 @@ impl<T> Rows<T> {
         let start = self.items.len();
         let (mut next, mut from) = ([0; 2], [0; 2]);
         loop {
-            let [first, second] = [0, 1].map(|i| rows[i].get(next[i]));
-            let own = match (first, second) {
-                (None, None) => break,
-                (Some(a), Some(b)) if a.y == b.y => {
-                    let before = self.items.len();
-                    let own = &items[0][from[0]..a.end as usize];
-                    merge(own, &items[1][from[1]..b.end as usize], &mut self.items);
-                    if self.items.len() > before {
-                        self.rows.push(Row { y: a.y, end: (self.items.len() - start) as u32 });
-                    }
-                    next = next.map(|n| n + 1);
-                    from = [a.end, b.end].map(|end| end as usize);
-                    continue;
+            let [first, second] = [0, 1].map(|i| &rows[i][next[i]..]);
+            let mut both = 0;
+            for (a, b) in first.iter().zip(second).take_while(|(a, b)| a.y == b.y) {
+                let ends = [a.end as usize, b.end as usize];
+                let before = self.items.len();
+                merge(&items[0][from[0]..ends[0]], &items[1][from[1]..ends[1]], &mut self.items);
+                if self.items.len() > before {
+                    self.rows.push(Row { y: a.y, end: (self.items.len() - start) as u32 });
                 }
-                (Some(a), b) => usize::from(b.is_some_and(|b| b.y < a.y)),
-                (None, Some(_)) => 1,
-            };
+                from = ends;
+                both += 1;
+            }
+            let rest = [&first[both..], &second[both..]];
+            next = next.map(|n| n + both);
             // All rows that only one of them has up to the next of the other, at once.
-            let until = [second, first][own].map_or(u32::MAX, |r| r.y);
-            let alone = &rows[own][next[own]..];
-            let count = alone.iter().take_while(|r| r.y < until).count();
-            let end = alone[count - 1].end as usize;
+            let own = match rest.map(|rows| rows.first()) {
+                [None, None] => break,
+                [Some(a), Some(b)] => usize::from(b.y < a.y),
+                [first, _] => usize::from(first.is_none()),
+            };
+            let until = rest[1 - own].first().map_or(u32::MAX, |r| r.y);
+            let alone = match rest[own].last() {
+                Some(last) if last.y < until => rest[own],
+                _ => &rest[own][..rest[own].iter().take_while(|r| r.y < until).count()],
+            };
+            let end = alone.last().map_or(from[own], |r| r.end as usize);
             if kept[own] {
                 let to = self.items.len() - start;
                 let moved = |r: &Row| Row { y: r.y, end: (r.end as usize - from[own] + to) as u32 };
-                self.rows.extend(alone[..count].iter().map(moved));
+                self.rows.extend(alone.iter().map(moved));
                 self.items.extend_from_slice(&items[own][from[own]..end]);
             }
-            next[own] += count;
+            next[own] += alone.len();
             from[own] = end;
         }
         self.end_slice();

@@ -1,6 +1,6 @@
 //! Payload streams of `.ofn`: what the surface voxels of a solid carry.
 //!
-//! A file with a payload has version 2 and one more byte of flags: 1 labels, 2 colours. A stream is
+//! A file with a payload has version 2, or 4 in bricks, and one more byte of flags: 1 labels, 2 colours. A stream is
 //! followed by its sum, as in version 1, but that the header ends with its length and with that of each
 //! column, labels first; each column then stands with its own CRC-32C before it. With bricks there is a
 //! second index behind the first: for each column the scheme of its values, then the length of each
@@ -341,7 +341,6 @@ mod tests {
     use super::*;
     use crate::{Sink, Source};
     use octofold::Placement;
-    use octofold::network::code::bricks::Bricks;
     use octofold::network::links::HIGH_X;
 
     const KINDS: [Kinds; 3] = [
@@ -453,12 +452,28 @@ mod tests {
                 "9811b633a5820e75bff96c5285fdd9c55a79",
             ),
             concat!(
-                "4f464e0202030906061902c3c00fe3a00858502be952915fe69283e3802ccdd690672c040509",
-                "4308ba5d8bb30508620fa7e560bf203f2d8b31de3cf8910a8f207fa29dfa0d4d70b3025f3e22",
-                "7473f67e6e26bbd56306fee79c33c608f50baf8fabcadb864a2bd8a0",
+                "4f464e040203090606190203c00fe3a00858502be952915fe69283e380c56523353a9559ab81",
+                "c7d08ca953cb6f4b9a71c23f2d8b31de3cf8910a8f207fa29dfa0d4d70b3025f3e227473f67e",
+                "6e26bbd56306fee79c33c608f50baf8fabcadb864a2bd8a0",
             ),
         ];
         assert_eq!(LAYOUTS.map(hex), pinned);
+    }
+
+    #[test]
+    fn payloads_in_bricks_of_the_second_version_are_read() {
+        let written = concat!(
+            "4f464e0202030906061902c3c00fe3a00858502be952915fe69283e3802ccdd690672c040509",
+            "4308ba5d8bb30508620fa7e560bf203f2d8b31de3cf8910a8f207fa29dfa0d4d70b3025f3e22",
+            "7473f67e6e26bbd56306fee79c33c608f50baf8fabcadb864a2bd8a0",
+        );
+        let bytes: Vec<u8> = written
+            .as_bytes()
+            .chunks(2)
+            .map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap())
+            .collect();
+        let read = open(&bytes).unwrap().painted(&Run::default()).unwrap().unwrap();
+        assert_eq!(read, ball(6, KINDS[2]));
     }
 
     #[test]
@@ -499,15 +514,7 @@ mod tests {
     fn sums(file: &File) -> Vec<(Range<usize>, usize)> {
         let mut sums = match &file.body {
             Body::Stream(range) => vec![(0..range.end, range.end)],
-            Body::Bricks(index, starts) => {
-                let lengths = Bricks::lengths(index).iter();
-                let streams = starts
-                    .iter()
-                    .zip(lengths)
-                    .map(|(&start, &length)| (start + SUM..start + SUM + length as usize, start));
-                let head = starts[0] - SUM;
-                std::iter::once((0..head, head)).chain(streams).collect()
-            }
+            Body::Bricks(_, stored) => stored.sums.clone(),
         };
         let ranges = match file.carried.as_ref().unwrap() {
             Carried::Streams(_, ranges) => ranges.clone(),

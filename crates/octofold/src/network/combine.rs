@@ -102,7 +102,12 @@ fn merge_single(operation: Operation, a: [u32; 2], b: [u32; 2], out: &mut Vec<[u
 }
 
 /// Runs of the result in one row.
-fn merge(operation: Operation, a: &[[u32; 2]], b: &[[u32; 2]], mut push: impl FnMut([u32; 2])) {
+pub(super) fn merge(
+    operation: Operation,
+    a: &[[u32; 2]],
+    b: &[[u32; 2]],
+    mut push: impl FnMut([u32; 2]),
+) {
     // Ends of runs in order: even places begin one, odd ones end it.
     let (a, b) = (a.as_flattened(), b.as_flattened());
     let (mut i, mut j) = (0, 0);

@@ -16,6 +16,10 @@ pub struct Direct {
     logistic: Logistic,
     /// Bits of a place in the table of fine contexts.
     bits: u32,
+    /// How many times what a context takes over counts for.
+    trust: u32,
+    /// How many times chances look back over, coarse ones and fine ones.
+    memory: [u32; 2],
     place: usize,
     near: usize,
 }
@@ -27,25 +31,35 @@ const CONTEXT: u32 = 22;
 const SMALL: u32 = 15;
 
 /// How many times a chance looks back over: few, since a surface changes its slope.
-const MEMORY: u32 = 20;
+const MEMORY: [u32; 2] = [20; 2];
+
+/// The same in a part of few voxels, where what is coarse tells of all of it.
+const MEMORY_OF_PART: [u32; 2] = [60, 16];
 
 impl Direct {
     /// A model for any solid: each context for itself.
     pub fn large() -> Self {
-        Self::new(CONTEXT)
+        Self::new(CONTEXT, 0, MEMORY)
     }
 
-    /// A model for few voxels, that is soon made and soon forgotten.
+    /// A model for few voxels, that is soon made and soon forgotten: a brick of the first versions.
     pub fn small() -> Self {
-        Self::new(SMALL)
+        Self::new(SMALL, 0, MEMORY)
     }
 
-    fn new(bits: u32) -> Self {
+    /// A model for a part of a solid.
+    pub fn of_part() -> Self {
+        Self::new(SMALL, 1, MEMORY_OF_PART)
+    }
+
+    fn new(bits: u32, trust: u32, memory: [u32; 2]) -> Self {
         Self {
             fine: vec![Counted::default(); 1 << bits],
             coarse: vec![Counted::default(); 1 << 16],
             logistic: Logistic::default(),
             bits,
+            trust,
+            memory,
             place: 0,
             near: 0,
         }
@@ -86,18 +100,18 @@ impl Model for Direct {
         self.near = near as usize;
         let coarse = &mut self.coarse[self.near];
         if coarse.is_unmet() {
-            *coarse = Counted::new(self.logistic.chance(prior::odds(near)));
+            *coarse = Counted::new(self.logistic.chance(prior::odds(near))).trusted(self.trust);
         }
         let fine = &mut self.fine[self.place];
         if fine.is_unmet() {
-            *fine = Counted::new(coarse.chance());
+            *fine = Counted::new(coarse.chance()).trusted(coarse.seen().min(self.trust));
         }
         fine.chance()
     }
 
     #[inline]
     fn learn(&mut self, filled: bool) {
-        self.coarse[self.near].learn(filled, MEMORY);
-        self.fine[self.place].learn(filled, MEMORY);
+        self.coarse[self.near].learn(filled, self.memory[0]);
+        self.fine[self.place].learn(filled, self.memory[1]);
     }
 }

@@ -114,32 +114,78 @@ proptest! {
         prop_assert_eq!(part.dims(), region.dims());
         prop_assert_eq!(part.read(all).unwrap(), solid.read(region).unwrap());
         for at in corners {
-            let filled = match cut.at(at) {
-                Content::Empty => false,
-                Content::Full => true,
-                Content::Stream(i) => Bricks::is_filled(&streams[i as usize], at).unwrap(),
-            };
-            prop_assert_eq!(filled, solid.contains(at.map(|i| i as u32)));
+            prop_assert_eq!(cut.is_filled(at, stream).unwrap(), solid.contains(at.map(|i| i as u32)));
         }
-        prop_assert_eq!(cut.at([dims[0], 0, 0]), Content::Empty);
+        prop_assert!(!cut.is_filled([dims[0], 0, 0], stream).unwrap());
         // Damage is an error or another solid.
         for end in 0..index.len() {
             let _ = Bricks::from_bytes(dims, &index[..end], most);
         }
-        for stream in &streams {
-            let _ = Bricks::is_filled(&stream[..stream.len() / 2], [0; 3]);
-        }
+        let half = |i: u32| Ok::<_, CodeError>(&streams[i as usize][..streams[i as usize].len() / 2]);
+        let _ = cut.is_filled(corners[0], half);
+        let _ = cut.region(region, half, &run);
+    }
+
+    #[test]
+    fn what_goes_on_goes_on_in_parts(
+        tilt in prop::array::uniform3(-9i32..10),
+        at in prop::array::uniform3(0i32..130),
+        count in prop::array::uniform3(1usize..3),
+    ) {
+        // Half-spaces in boxes whose last bricks are cut off.
+        let dims = count.map(|n| 64 * n - 7 * (n % 3));
+        let solid = crate::network::tests::solid(dims, |p| {
+            (0..3).map(|a| tilt[a] * (p[a] as i32 - at[a])).sum::<i32>() < 0
+        });
+        let run = Run::default();
+        let (cut, streams) = bricks::encode(&solid, &run).unwrap();
+        let stream = |i: u32| Ok::<_, CodeError>(&streams[i as usize][..]);
+        prop_assert_eq!(&cut.region(Region::all(dims), stream, &run).unwrap(), &solid);
     }
 }
 
 #[test]
 fn what_is_the_same_is_kept_once() {
-    // A plate as high as a brick and three bricks long: its ends differ, its middle does not.
-    let solid = crate::network::tests::solid([320, 64, 64], |[x, y, _]| x < 300 && y < 10);
+    // A plate as high as a brick and twenty bricks long: its end differs, all else does not.
+    let solid = crate::network::tests::solid([1280, 64, 64], |[x, y, _]| x < 1270 && y < 10);
     let (cut, streams) = bricks::encode(&solid, &Run::default()).unwrap();
+    // Eight bricks twice, and four.
     assert_eq!(streams.len(), 2);
-    assert_eq!(cut.contents()[..4], [Content::Stream(0); 4]);
+    assert_eq!(cut.contents()[..8], [Content::Part(0); 8]);
+    assert_eq!(cut.contents()[8..16], [Content::Part(1); 8]);
     assert!(cut.to_bytes().len() < 8);
+}
+
+#[test]
+fn bricks_of_the_first_versions_are_read() {
+    let ball = ball();
+    let stream = concat!(
+        "0c09ec3f8cc364c4da2e68e99bb3ab26c1441b7d7fda1986a21798ac7e267e425135327c5faf4f16",
+        "9d5265b4f7c0d915895ae806ff1df5320f654d26997cd5010889f191a2ea36690913f0b6a0f30c6f",
+        "157e646bbc6df09f2a0a454417c993dc2a3b4289cebeb4d1e0cfda075402fb76461b00bb096cef76",
+        "e865537987f11e2d266e6a002b0121ec609824b022ea885c0087a0",
+    );
+    let stream: Vec<u8> = stream
+        .as_bytes()
+        .chunks(2)
+        .map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap())
+        .collect();
+    let read = Bricks::from_first_bytes(ball.dims(), &[0xc0, 0x75, 0x80], 1000).unwrap();
+    assert!(read.lengths().eq([stream.len() as u32]));
+    let stream = |_| Ok::<_, CodeError>(&stream[..]);
+    let all = Region::all(ball.dims());
+    assert_eq!(read.region(all, stream, &Run::default()).unwrap(), ball);
+    for at in [[0; 3], [12; 3], [11, 2, 13], [23, 12, 12]] {
+        let expected = ball.contains(at.map(|i| i as u32));
+        assert_eq!(read.is_filled(at, stream).unwrap(), expected);
+    }
+}
+
+/// A ball of 24 voxels.
+fn ball() -> Spans {
+    crate::network::tests::solid([24; 3], |at| {
+        at.iter().map(|&i| (2 * i as i32 - 23).pow(2)).sum::<i32>() < 400
+    })
 }
 
 #[test]
@@ -153,9 +199,7 @@ fn absurd_boxes_are_refused() {
 
 #[test]
 fn bytes_are_pinned() {
-    let ball = crate::network::tests::solid([24; 3], |at| {
-        at.iter().map(|&i| (2 * i as i32 - 23).pow(2)).sum::<i32>() < 400
-    });
+    let ball = ball();
     let [fast, archive] = MODES.map(|mode| written(&ball, mode));
     assert_eq!((fast.1, archive.1), (316, 316));
     assert_eq!(
@@ -176,15 +220,15 @@ fn bytes_are_pinned() {
         )
     );
     let (cut, streams) = bricks::encode(&ball, &Run::default()).unwrap();
-    assert_eq!(hex(&cut.to_bytes()), "c07580");
+    assert_eq!(hex(&cut.to_bytes()), "007d80");
     assert_eq!(streams.len(), 1);
     assert_eq!(
         hex(&streams[0]),
         concat!(
-            "0c09ec3f8cc364c4da2e68e99bb3ab26c1441b7d7fda1986a21798ac7e267e425135327c5faf4f16",
-            "9d5265b4f7c0d915895ae806ff1df5320f654d26997cd5010889f191a2ea36690913f0b6a0f30c6f",
-            "157e646bbc6df09f2a0a454417c993dc2a3b4289cebeb4d1e0cfda075402fb76461b00bb096cef76",
-            "e865537987f11e2d266e6a002b0121ec609824b022ea885c0087a0",
+            "c784fb872a25c43d76ecc41fdd25c38f288c833843058edd14b5e35e30ac7240038ab59509f039eb",
+            "7f8f779ed3f9dac10dd2256d86a10f0920e934fb0a707c7686320ef309dba8b4ce8e8405d9cf8fe9",
+            "d01e2e7e7cc2105f70cff1712786986ca4784033b3c3fe7089f7f4597bdaa4822316bda5aba6a868",
+            "9d304044b6a7fbf271bea0",
         )
     );
 }

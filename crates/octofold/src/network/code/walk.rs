@@ -4,7 +4,11 @@
 //! and one of the slice before that) tell nearly always what it is. Where they are all the same the
 //! voxel is quiet and follows them; a quiet stretch says once whether something is born in it. All
 //! other voxels are left to a model. Quiet stretches are found from the ends of runs, so the work is
-//! that of the surface. Encoder and decoder take the same way. Source: specification (D3.3).
+//! that of the surface. Encoder and decoder take the same way.
+//!
+//! Beyond a solid there is nothing. Beyond a part of one there is what there is at its border: its
+//! rows go on as they end, and a row that is not there is the one next to it; and a slice that is as
+//! the one before is only named. Source: specification (D3.3).
 
 use super::neighbourhood::{Cursor, MARGIN, SERVED, SLICES, Slice, word};
 use crate::range::{Chance, Coder, Number};
@@ -45,32 +49,115 @@ fn near(words: &[u64; MOST_ROWS], own: u64, at: u32) -> u32 {
         | bits(words[5], at, 1) << 15
 }
 
+/// Where the rows of a part go on to behind their end.
+const FAR: u32 = 1 << 30;
+
+/// What a row of the slice in the making takes, in decisions.
+const ROW: u64 = 4;
+
 /// The slices of a solid, as far as they are known to both sides.
 #[derive(Debug)]
 pub struct Walk {
-    width: u32,
-    height: u32,
     most: u64,
-    /// The slice in the making, then those before it.
-    slices: [Slice; SLICES],
+    /// The first voxel of a row; those of a part have room before them.
+    low: u32,
+    /// One past the last voxel of a row.
+    high: u32,
+    known: Known,
     births: Births,
+    /// Whether a slice of a part is as the one before, by whether that was; and before any.
+    same: [Chance; 3],
+    was_same: usize,
+    work: u64,
+}
+
+/// The slices that predictions look at.
+#[derive(Debug)]
+struct Known {
+    /// Rows of a slice.
+    height: u32,
+    /// In any order.
+    slices: [Slice; SLICES],
+    /// The slice in the making, then those before it: their places, where one may stand for several.
+    order: [usize; SLICES],
+    /// Slices before the one in the making.
+    z: u32,
+    /// Whether it is a part of a solid, which goes on beyond its border.
+    is_part: bool,
+}
+
+impl Known {
+    /// A row before row `y` of the slice in the making: so many slices before and rows above.
+    fn before(&self, y: u32, back: usize, up: i64) -> &[[u32; 2]] {
+        let y = i64::from(y);
+        if !self.is_part {
+            return self.slices[self.order[back]].row(y + up);
+        }
+        let back = back.min(self.z as usize);
+        let row = (y + up).clamp(0, i64::from(self.height) - 1);
+        match (back, row.min(y - 1)) {
+            (1.., _) => self.slices[self.order[back]].row(row),
+            (_, -1) if self.z > 0 => self.slices[self.order[1]].row(0),
+            (_, row) => self.slices[self.order[0]].row(row),
+        }
+    }
+
+    /// Begins another slice and tells its place.
+    fn begin(&mut self) -> usize {
+        self.order.copy_within(..SLICES - 1, 1);
+        let free = (0..SLICES).find(|i| !self.order[1..].contains(i)).unwrap_or(0);
+        self.order[0] = free;
+        self.slices[free].clear();
+        free
+    }
+
+    /// Adds a slice that is as the one before.
+    fn repeat(&mut self) {
+        self.order.copy_within(..SLICES - 1, 1);
+        self.z += 1;
+    }
 }
 
 impl Walk {
     /// Before the first slice of `width` by `height` voxels, which may have any number of runs.
     pub fn new(width: u32, height: u32) -> Self {
-        Self {
-            width,
+        let known = Known {
             height,
-            most: u64::MAX,
             slices: Default::default(),
+            order: std::array::from_fn(|i| i),
+            z: 0,
+            is_part: false,
+        };
+        Self {
+            most: u64::MAX,
+            low: 0,
+            high: width,
+            known,
             births: Births::default(),
+            same: [Chance::told(90, 1), Chance::told(95, 1), Chance::told(50, 1)],
+            was_same: 2,
+            work: 0,
         }
+    }
+
+    /// The same for a part of a solid, which goes on beyond its border.
+    pub fn of_part(width: u32, height: u32) -> Self {
+        let mut walk = Self::new(width, height);
+        walk.low += MARGIN;
+        walk.high += MARGIN;
+        walk.known.is_part = true;
+        walk.births.happens = [Births::OF_PART; 16];
+        walk
     }
 
     /// The same for slices of at most so many runs.
     pub fn with_most(self, most: u64) -> Self {
         Self { most, ..self }
+    }
+
+    /// How much there was to do so far, in decisions.
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// Codes the next slice and returns it; `source` tells an encoder its rows. `None` where bytes ran
@@ -81,19 +168,41 @@ impl Walk {
         coder: &mut impl Coder,
         mut source: impl FnMut(u32) -> &'s [[u32; 2]],
     ) -> Option<&Slice> {
-        self.slices.rotate_right(1);
-        self.slices[0].clear();
         self.births.next_slice();
+        if self.known.is_part && self.known.z > 0 {
+            let told = (0..self.known.height).all(|y| self.runs(y).eq(source(y).iter().copied()));
+            let is_same = self.same[self.was_same].code(coder, told);
+            self.was_same = usize::from(is_same);
+            if is_same {
+                self.work += 1;
+                self.known.repeat();
+                return (!coder.is_overrun()).then(|| &self.known.slices[self.known.order[0]]);
+            }
+        }
+        let place = self.known.begin();
         let mut row = Vec::new();
-        for y in 0..self.height {
+        for y in 0..self.known.height {
             row.clear();
             self.row(model, coder, y, source(y), &mut row);
-            self.slices[0].push(&row);
-            if coder.is_overrun() || self.slices[0].runs().len() as u64 > self.most {
+            let slice = &mut self.known.slices[place];
+            slice.push(&row);
+            if coder.is_overrun() || slice.runs().len() as u64 > self.most {
                 return None;
             }
         }
-        Some(&self.slices[0])
+        self.known.z += 1;
+        Some(&self.known.slices[place])
+    }
+
+    /// How many runs the last slice has.
+    pub fn count(&self) -> u64 {
+        self.known.slices[self.known.order[0]].runs().len() as u64
+    }
+
+    /// The runs of a row of the last slice.
+    pub fn runs(&self, y: u32) -> impl Iterator<Item = [u32; 2]> {
+        let row = self.known.slices[self.known.order[0]].row(i64::from(y)).iter();
+        row.map(|&run| within(run, self.low, self.high))
     }
 
     /// Codes a row into `own`.
@@ -105,30 +214,39 @@ impl Walk {
         source: &[[u32; 2]],
         own: &mut Vec<[u32; 2]>,
     ) {
+        let (low, high) = (self.low, self.high);
         let mut rows = [Cursor::default(); MOST_ROWS];
         for (cursor, &(back, up)) in rows.iter_mut().zip(M::ROWS) {
-            *cursor = Cursor::new(self.slices[back].row(i64::from(y) + up));
+            *cursor = Cursor::new(self.known.before(y, back, up));
         }
         let mut source = Cursor::new(source);
         let mut run = Growing { runs: own, start: None };
-        let mut words = [0; MOST_ROWS];
         let mut quiet = Some(false);
-        let mut x = 0;
-        while x < self.width {
+        if self.known.is_part {
+            // Before the row there is what there is in the one above.
+            let above = self.known.before(y, 0, -1).first();
+            run.start = above.filter(|run| run[0] == 0).map(|_| 0);
+            quiet = None;
+        }
+        let mut words = [0; MOST_ROWS];
+        let mut decisions = 0;
+        let mut x = low;
+        while x < high {
             if let Some(value) = quiet {
                 let until = NEAR.iter().zip(&mut rows);
                 let until = until.map(|(&(.., reach), row)| row.differs(x, reach, value)).min();
-                let until = until.unwrap_or(u32::MAX).min(self.width);
-                let born = source.differs(x, 0, value);
+                let until = until.unwrap_or(u32::MAX).min(high);
+                let born = source.differs(x - low, 0, value).saturating_add(low);
                 if until > x {
-                    let stretch = Stretch { start: x, end: until, row: y, value };
+                    let first = self.known.is_part && self.known.z == 0 && y == 0;
+                    let stretch = Stretch { start: x, end: until, row: y, value, first };
                     let Some(at) = self.births.code(coder, stretch, born) else {
                         x = until;
                         continue;
                     };
                     run.turn(at);
                     x = at + 1;
-                    if x == self.width {
+                    if x == high {
                         break;
                     }
                 }
@@ -137,9 +255,9 @@ impl Walk {
             for (word, row) in words.iter_mut().zip(&mut rows[..M::ROWS.len()]) {
                 *word = row.word(start);
             }
-            let truth = source.word(start);
+            let truth = source.word(start - i64::from(low));
             let mut own = run.word(x, start);
-            let end = MARGIN + SERVED.min(self.width - x);
+            let end = MARGIN + SERVED.min(high - x);
             let mut at = MARGIN;
             quiet = None;
             while at < end {
@@ -157,10 +275,26 @@ impl Walk {
                 own |= u64::from(filled) << at;
                 at += 1;
             }
+            decisions += u64::from(at - MARGIN);
             x += at - MARGIN;
         }
-        run.end(self.width);
+        run.end(high);
+        self.work += ROW + decisions;
+        if self.known.is_part {
+            own.retain(|run| run[1] > low);
+            for run in own {
+                *run = [
+                    if run[0] <= low { 0 } else { run[0] },
+                    if run[1] >= high { FAR } else { run[1] },
+                ];
+            }
+        }
     }
+}
+
+/// The part of a run in a row, counted from the first voxel of the row.
+fn within(run: [u32; 2], low: u32, high: u32) -> [u32; 2] {
+    run.map(|x| x.clamp(low, high) - low)
 }
 
 /// A row in the making.
@@ -201,6 +335,8 @@ struct Stretch {
     end: u32,
     row: u32,
     value: bool,
+    /// Whether it is the first of a part.
+    first: bool,
 }
 
 /// Births in quiet stretches: whether, and where.
@@ -209,6 +345,8 @@ struct Births {
     /// Whether one happens, by value, by how many there were in this slice or the one before, and
     /// by whether the last one was in this row or the one above.
     happens: [Chance; 16],
+    /// The same of the first stretch of a part.
+    first: Chance,
     /// Whether it is nearer to the stretch's end.
     behind: [Chance; 2],
     /// How far from the nearer end it is.
@@ -221,6 +359,7 @@ impl Default for Births {
     fn default() -> Self {
         Self {
             happens: [Chance::RARE; 16],
+            first: Chance::EVEN,
             behind: [Chance::EVEN; 2],
             distance: Number::default(),
             counts: [0; 2],
@@ -230,6 +369,9 @@ impl Default for Births {
 }
 
 impl Births {
+    /// Whether one happens in a part, as far as is known.
+    const OF_PART: Chance = Chance::told(2, 4);
+
     fn next_slice(&mut self) {
         self.counts = [0, self.counts[0]];
         self.last_row = None;
@@ -237,11 +379,12 @@ impl Births {
 
     /// Codes whether and where the first birth in a stretch is; `born` tells an encoder.
     fn code(&mut self, coder: &mut impl Coder, stretch: Stretch, born: u32) -> Option<u32> {
-        let Stretch { start, end, row, value } = stretch;
+        let Stretch { start, end, row, value, first } = stretch;
         let many = (self.counts[0] + self.counts[1]).min(3) as usize;
         let close = self.last_row.is_some_and(|last| row - last <= 1);
         let context = usize::from(value) * 8 + many * 2 + usize::from(close);
-        if !self.happens[context].code(coder, born < end) {
+        let happens = if first { &mut self.first } else { &mut self.happens[context] };
+        if !happens.code(coder, born < end) {
             return None;
         }
         self.counts[0] += 1;
