@@ -217,12 +217,12 @@ impl Surface {
             return Err(LodError::NoSurface(levels));
         }
         let coloured = self.crossings.colours.is_some();
-        let mut leaves = Leaves::new(&self.crossings, &self.vertices, &self.rim, run)?;
+        let leaves = Leaves::new(&self.crossings, &self.vertices, &self.rim, run)?;
         let linear = DMat3::from_cols_array_2d(&frame.axes);
         let normals = linear.inverse().transpose();
         let turn = |n: DVec3| (normals * n).normalize_or(DVec3::Z);
         let finish = Finish { rule: options.vertex, turn: &turn, coloured };
-        let all = pyramid(&mut leaves, levels, &finish, run)?;
+        let all = pyramid(&leaves, &self.crossings, &self.vertices, levels, &finish, run)?;
         let bounds = bounds(&all, &leaves, &self.crossings, &self.vertices, &self.rim, run)?;
         run.stage("columns");
         let count: u64 = all.iter().map(|level| level.codes.len() as u64).sum();

@@ -22,7 +22,6 @@ const BORDER: u64 = 2;
 #[derive(Debug, Default)]
 pub(super) struct Leaves {
     pub codes: Vec<u64>,
-    pub sums: Vec<Sum>,
     /// What was found in them: sorted records, and the first one of each octant.
     records: Vec<Tagged>,
     firsts: Vec<u32>,
@@ -91,46 +90,39 @@ impl Leaves {
         let shares = radix::sort(found, 0, Equal::Keep);
         run.check()?;
         let parts = par::map(&shares, |share| {
-            let mut part = Self::default();
-            for group in share.chunk_by(|a, b| a.key == b.key) {
-                let mut sum = Sum::NOTHING;
-                for &record in group {
-                    match Found::from(record) {
-                        Found::Edge(i, local) => {
-                            let edge = &crossings.edges[i];
-                            let samples = crossings.of(i);
-                            sum.edge(local, samples.len(), edge.inside);
-                            for s in samples {
-                                let sample = &crossings.samples[s];
-                                let colour = crossings.colours.as_ref().map(|c| c[s]);
-                                sum.crossing(sample, edge.at(sample), colour);
-                            }
-                        }
-                        Found::Vertex(i) => sum.corner(vertices[i]),
-                        Found::Border => sum.border(),
+            let groups = share.chunk_by(|a, b| a.key == b.key);
+            groups.map(|group| (group[0].key, group.len() as u32)).collect::<Vec<_>>()
+        });
+        let mut all = Self { firsts: vec![0], records: shares.concat(), ..Self::default() };
+        let mut end = 0;
+        for (code, length) in parts.into_iter().flatten() {
+            end += length;
+            all.codes.push(code);
+            all.firsts.push(end);
+        }
+        Ok(all)
+    }
+
+    /// What adds up in leaf `i`.
+    pub(super) fn sum(&self, i: usize, crossings: &Crossings, vertices: &[DVec3]) -> Sum {
+        let mut sum = Sum::NOTHING;
+        for found in self.found(i) {
+            match found {
+                Found::Edge(i, local) => {
+                    let edge = &crossings.edges[i];
+                    let samples = crossings.of(i);
+                    sum.edge(local, samples.len(), edge.inside);
+                    for s in samples {
+                        let sample = &crossings.samples[s];
+                        let colour = crossings.colours.as_ref().map(|c| c[s]);
+                        sum.crossing(sample, edge.at(sample), colour);
                     }
                 }
-                part.codes.push(group[0].key);
-                part.sums.push(sum);
-                part.firsts.push(group.len() as u32);
-            }
-            part
-        });
-        let count = parts.iter().map(|part| part.codes.len()).sum();
-        let mut all = Self { sums: Vec::with_capacity(count), ..Self::default() };
-        for part in parts {
-            all.codes.extend(part.codes);
-            all.sums.extend(part.sums);
-            for length in part.firsts {
-                let first = all.firsts.last().copied().unwrap_or(0);
-                if all.firsts.is_empty() {
-                    all.firsts.push(0);
-                }
-                all.firsts.push(first + length);
+                Found::Vertex(i) => sum.corner(vertices[i]),
+                Found::Border => sum.border(),
             }
         }
-        all.records = shares.concat();
-        Ok(all)
+        sum
     }
 
     /// What was found in leaf `i`.

@@ -1,6 +1,7 @@
 //! The octants of all levels, from the finest up: each from the sums of its children.
 
 use super::build::VertexRule;
+use super::crossings::Crossings;
 use super::direction;
 use super::leaves::Leaves;
 use super::sums::Sum;
@@ -100,60 +101,74 @@ impl Finish<'_> {
 
 /// All levels, the root's first.
 pub(super) fn pyramid(
-    leaves: &mut Leaves,
+    leaves: &Leaves,
+    crossings: &Crossings,
+    vertices: &[DVec3],
     levels: u32,
     finish: &Finish<'_>,
     run: &Run,
 ) -> Result<Vec<Level>, Cancelled> {
     run.stage("octants");
-    let (mut codes, mut sums) = (leaves.codes.clone(), std::mem::take(&mut leaves.sums));
-    let finest = par::blocks(run, codes.len(), BLOCK, |block| {
-        let mut level = Level::default();
-        block.for_each(|i| level.push(codes[i], 0, &sums[i], 1, finish));
-        level
-    })?;
-    let mut all = vec![joined(finest)];
-    for level in (0..levels).rev() {
-        let size = 1 << (levels - level);
-        let parts = par::blocks(run, codes.len(), BLOCK, |block| {
-            // A block takes the families that begin in it.
-            let begin = |at: usize| {
-                let family = |i: usize| codes[i] >> 3;
-                let mut at = at;
-                while 0 < at && at < codes.len() && family(at) == family(at - 1) {
-                    at += 1;
-                }
-                at
-            };
-            let (mut part, mut totals) = (Level::default(), Vec::new());
-            let mut at = begin(block.start);
-            let end = begin(block.end);
-            while at < end {
-                let code = codes[at] >> 3;
-                let (mut sum, mut mask) = (Sum::NOTHING, 0);
-                while at < end && codes[at] >> 3 == code {
-                    let octant = (codes[at] & 7) as u32;
-                    sum.child(octant, &sums[at]);
-                    mask |= 1 << octant;
-                    at += 1;
-                }
-                part.push(code, mask, &sum, size, finish);
-                totals.push(sum);
-            }
-            (part, totals)
-        })?;
-        let (parts, totals): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
-        let own = joined(parts);
-        sums = totals.concat();
-        codes.clone_from(&own.codes);
-        all.push(own);
+    // Sums of the finest octants take more room than all else: each goes once its parent has it.
+    let leaf = |i: usize, own: &mut Level| {
+        let sum = leaves.sum(i, crossings, vertices);
+        own.push(leaves.codes[i], 0, &sum, 1, finish);
+        sum
+    };
+    let (finest, mut above, mut sums) = families(&leaves.codes, leaf, 2, finish, run)?;
+    let mut all = vec![finest];
+    for height in 2..=levels {
+        let known = |i: usize, _: &mut Level| sums[i];
+        let (_, next, totals) = families(&above.codes, known, 1 << height, finish, run)?;
+        all.push(std::mem::replace(&mut above, next));
+        sums = totals;
     }
+    all.push(above);
     all.reverse();
     Ok(all)
 }
 
-fn joined(parts: Vec<Level>) -> Level {
-    let mut all = Level::default();
-    parts.into_iter().for_each(|part| all.append(part));
-    all
+/// The parents of octants, of side `size`, and their sums; `child` tells the sum of an octant and may
+/// add it to a level, which comes first.
+fn families(
+    codes: &[u64],
+    child: impl Fn(usize, &mut Level) -> Sum + Sync,
+    size: u32,
+    finish: &Finish<'_>,
+    run: &Run,
+) -> Result<(Level, Level, Vec<Sum>), Cancelled> {
+    let parts = par::blocks(run, codes.len(), BLOCK, |block| {
+        // A block takes the families that begin in it.
+        let begin = |at: usize| {
+            let family = |i: usize| codes[i] >> 3;
+            let mut at = at;
+            while 0 < at && at < codes.len() && family(at) == family(at - 1) {
+                at += 1;
+            }
+            at
+        };
+        let (mut own, mut above, mut totals) = (Level::default(), Level::default(), Vec::new());
+        let mut at = begin(block.start);
+        let end = begin(block.end);
+        while at < end {
+            let code = codes[at] >> 3;
+            let (mut total, mut mask) = (Sum::NOTHING, 0);
+            while at < end && codes[at] >> 3 == code {
+                let octant = (codes[at] & 7) as u32;
+                total.child(octant, &child(at, &mut own));
+                mask |= 1 << octant;
+                at += 1;
+            }
+            above.push(code, mask, &total, size, finish);
+            totals.push(total);
+        }
+        (own, above, totals)
+    })?;
+    let (mut own, mut above, mut sums) = (Level::default(), Level::default(), Vec::new());
+    for (children, parents, totals) in parts {
+        own.append(children);
+        above.append(parents);
+        sums.extend(totals);
+    }
+    Ok((own, above, sums))
 }
