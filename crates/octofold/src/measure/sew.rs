@@ -105,18 +105,14 @@ fn joins(mesh: &Mesh, rim: &[u32]) -> Vec<[u32; 2]> {
 mod tests {
     use super::*;
     use crate::measure::{Topology, self_intersections};
+    use crate::random::Random;
     use crate::samples::Sample;
     use proptest::prelude::*;
 
     /// The triangles of a mesh, each with points of its own that are off by up to `noise`.
     fn torn(mesh: &Mesh, noise: f64, seed: u64) -> Mesh {
-        let mut state = seed;
-        let mut off = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 40) as f64 / f64::from(1 << 23) - 1.0) * noise
-        };
+        let mut random = Random::new(seed);
+        let mut off = || (2.0 * random.unit() - 1.0) * noise;
         let corners = (0..mesh.triangles.len()).flat_map(|t| mesh.corners(t));
         let points: Vec<[f64; 3]> = corners.map(|p| p.map(|x| x + off())).collect();
         let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);

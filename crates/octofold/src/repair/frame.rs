@@ -66,8 +66,8 @@ impl Frame {
         if longest / wanted > f64::from(MAX_RESOLUTION) * 1.001 {
             return Err(RepairError::Resolution((longest / wanted).ceil()));
         }
-        let gap = gap.reach(wanted)?;
-        let rounds = gap.rounds();
+        let closing = gap.reach(wanted)?;
+        let rounds = closing.rounds();
         let margin = f64::from(MARGIN + rounds) + SHIFT;
         let reach = largest + (margin + 2.0 * f64::from(BRICK)) * wanted;
         let finest = power_above(reach) / f64::from(1 << 24);
@@ -87,7 +87,7 @@ impl Frame {
         let start = origin.map(|x| x * step);
         let end = high.map(|x| x + (f64::from(MARGIN + rounds + BRICK) + SHIFT) * cell);
         let lattice = Lattice::with_pitch([start, end], cell)?;
-        Ok(Self { lattice, steps: steps as i32, single, reach: gap, origin, step })
+        Ok(Self { lattice, steps: steps as i32, single, reach: closing, origin, step })
     }
 
     /// Edge of a cell in world units.
@@ -95,7 +95,7 @@ impl Frame {
         self.lattice.cell()
     }
 
-    /// Gaps up to this width are closed, in world units.
+    /// The width of the gaps that are closed, in world units.
     pub fn gap(&self) -> f64 {
         2.0 * self.reach.radius * self.cell()
     }

@@ -2,7 +2,8 @@
 //!
 //! A round adds the neighbours across faces, edges or corners of a cell. Rounds of the last kind alone
 //! reach 1.7 times as far along the diagonals of the grid as along its axes; as many of each kind as
-//! just hold a ball stay within 1.13 times its radius and one and a half cells. The order of rounds does not matter.
+//! just hold a ball stay within 1.13 times its radius and one and a half cells. The order of rounds does
+//! not matter.
 
 /// How far points in two cells are nearer along an axis than the cells are apart, as is taken for granted.
 ///
